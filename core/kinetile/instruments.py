@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     )
     from kinetile.kernel.passings import FIRST, rule_of
     from kinetile.kernel.tables import allocate, column, compared, fields_in, slots_taken
-    from kinetile.plugin.calling import NOT_AUTHORS, is_library, place_of
+    from kinetile.plugin.calling import NOT_AUTHORS, is_library, line_of_author, place_of
     from kinetile.plugin.choices import read_phase, write_phase
     from kinetile.plugin.parameters import Parameter
     from kinetile.plugin.registry import Provided

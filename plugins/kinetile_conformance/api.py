@@ -16,7 +16,7 @@ from kinetile_conformance.checks import CHECKS
 from kinetile_conformance.isolated import DEATHS, IsolatedRunner
 from kinetile_conformance.pipe import JUDGING, EngineReport, EngineRunner
 from kinetile_conformance.pipe import SECONDS as LINE_SECONDS
-from kinetile_conformance.reporting import KIT_VERSION, Report, Result
+from kinetile_conformance.reporting import KIT_VERSION, SLIP, Report, Result
 from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, unheard
 
 
@@ -60,8 +60,10 @@ def _judged(
 ) -> SomeReport:
     began, here, on_result = time.perf_counter(), Path.cwd(), options.get("on_result", unheard)
     for done, check in enumerate(checks):
-        if runner.deaths >= DEATHS:
-            note = f"not run, after {runner.deaths} deaths: {', '.join(checks[done:])}"
+        slips = any(SLIP.search(each.said) for each in report.results[-1:])
+        if runner.deaths >= DEATHS or slips:
+            why = "until this error is gone" if slips else f"after {runner.deaths} deaths"
+            note = f"not run, {why}: {', '.join(checks[done:])}"
             report = replace(report, notes=(note,))
             break
         result = runner.run(check)

@@ -26,6 +26,10 @@ expression ``pattern`` is found, the more particular rows first: a check sees a 
 mistakes cause most of them."""
 
 
+SLIP = re.compile(r" raised (NameError|UnboundLocalError|AttributeError|TypeError): ")
+"""An error that every check would meet: the checks after one that fails so are not run."""
+
+
 @dataclass(frozen=True)
 class Result:
     """The result of one check: passed, failed, skipped, died (the process did not survive it), or not judged
@@ -176,7 +180,7 @@ class Report:
 def likely(check: str, text: str) -> str:
     """Returns what authors usually did wrong where this check says so; "" where no row applies."""
     rows = (row for row in SYMPTOMS.values() if check in row.get("checks", [check]))
-    return next((row["often"] for row in rows if re.search(row.get("pattern", ""), text)), "")
+    return next((row["often"] for row in rows if re.search(row["pattern"], text)), "")
 
 
 def diagnosed(check: str, text: str, subject: Subject) -> list[str]:

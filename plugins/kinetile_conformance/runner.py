@@ -17,7 +17,13 @@ from typing import Any, TypedDict
 
 from kinetile import Response, Scene, Settings, box, capsule, registry
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
-from kinetile.instruments import check_options, place_of, read_narrow_phases
+from kinetile.instruments import (
+    INTERPRETED,
+    check_options,
+    composition_of,
+    place_of,
+    read_narrow_phases,
+)
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference
@@ -25,6 +31,7 @@ from kinetile_conformance.deadline import SECONDS, TimeIsUp, begin_scene, spent
 from kinetile_conformance.drawing import Drawing, reduced
 from kinetile_conformance.reporting import Report, Result, diagnosed, saved
 from kinetile_conformance.strategies.kinds import acceptable
+from kinetile_conformance.watched_hooks import unmarked
 
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
@@ -54,6 +61,10 @@ SAMPLES = (
     *(_STILL.replace(shape=each) for each in (capsule((-0.25, 0.0), (0.25, 0.0), 0.25), box(1.0, 1.0))),
 )
 """Scenes of two bodies before all checks: discs, capsules, and squares."""
+
+
+SLIPS = NameError, AttributeError, TypeError
+"""Errors of a hook that are the compiler's, and the interpreter's when it comes to the line."""
 
 
 class Options(TypedDict, total=False):
@@ -248,23 +259,29 @@ class Runner:
 
     def smoke_test(self) -> None:
         """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that,
-        however that ends. Raises NotJudged where it does not load, a part of it raises, or its hooks do not
-        compile, with the place; UnknownName, BadOption; and Refused where it refuses all."""
+        however that ends. Raises NotJudged where it does not load, a part of it raises, its hooks do not
+        compile or have a slip, with the place; UnknownName, BadOption; and Refused where it refuses all."""
         refusals = []
         for scene in SAMPLES:
             try:
                 sim = self.subject.simulation(scene)
                 sim.compile()
-                with suppress(KinetileError):
+                for text in unmarked(composition_of(sim).broad) if INTERPRETED else ():
+                    raise NotJudged(text)
+                try:
                     sim.run()
                     sim.audit()
+                except KinetileError as error:
+                    if isinstance(error.__cause__, SLIPS):
+                        raise
                 return
             except Refused as error:
                 refusals.append(error)
             except (UnknownName, BadOption, MissingExtra):
                 raise
             except KinetileError as error:
-                raise NotJudged(str(error)) from error
+                text = str(error)
+                raise NotJudged("\n".join([text, *diagnosed("", text, self.subject)])) from error
         raise refusals[0]
 
     def holds(self, name: str, scene: Scene) -> bool:

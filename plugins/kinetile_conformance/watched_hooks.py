@@ -10,23 +10,47 @@ that differs without such an offer was written by something else.
 
 from __future__ import annotations
 
+import linecache
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from dis import get_instructions
 from functools import wraps
 from inspect import unwrap
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from kinetile import BroadPhaseSpec, Scene, Simulation, registry
 from kinetile.errors import KinetileError, Refused
-from kinetile.instruments import column, fields_in, place_of
+from kinetile.instruments import column, fields_in, line_of_author, place_of
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
 from kinetile_conformance.cases import PhasePlugin, Subject, horizon
 
 WATCHED = "_watched"
+
+
+def unmarked(parts: BroadPhaseParts) -> Iterator[str]:
+    """Yields functions of an author that are hooks, or are called by hooks, and are not marked: the compiler
+    refuses them, and the interpreter calls them."""
+    left = [unwrap(hook) for name in STRICT if (hook := getattr(parts, name)) is not None]
+    seen: set[Any] = set()
+    while left:
+        function = left.pop()
+        if not isinstance(function, FunctionType) or function in seen:
+            continue
+        seen.add(function)
+        file, line = function.__code__.co_filename, function.__code__.co_firstlineno
+        place = line_of_author([(file, line)])
+        if not place:
+            continue
+        if not hasattr(function, "is_marked") and not linecache.getline(file, line).lstrip().startswith("@"):
+            name = function.__name__
+            yield f"{name} is a plain function, and hooks call only hooks: mark it with toolbox.hook{place}"
+        called = [each.argval for each in get_instructions(function) if each.opname == "LOAD_GLOBAL"]
+        left += [function.__globals__.get(name) for name in called]
 
 
 class Breach(Exception):

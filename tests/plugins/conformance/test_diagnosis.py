@@ -1,15 +1,24 @@
 """The diagnosis: what authors usually did wrong ends a failure, and is right of mutants."""
 
+import re
+import tomllib
+from pathlib import Path
+
 import pytest
 
+from installing import loaded
+from kinetile import BroadPhaseSpec
+from kinetile.errors import NotJudged
 from kinetile.scene import Scene, Settings
-from kinetile_conformance import CHECKS
+from kinetile_conformance import CHECKS, Result, check_broad_phase
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.drawing import Drawing
+from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.reporting import OFTEN, SYMPTOMS, diagnosed, likely
-from kinetile_conformance.runner import CheckRun, reference_of
+from kinetile_conformance.runner import CheckRun, Plan, Runner, reference_of
 from lanes import first
+from registering import registered
 
 SEEN = (
     ("one-sided", "naive-names-the-later-ones-only", "its-structure-is-true"),
@@ -26,7 +35,7 @@ SEEN = (
     ("empty", "naive-cannot-do-without-bodies", "same-contacts-in-the-gallery"),
     ("pair-set", "sap-1d-adds-where-it-should-remove", "same-contacts"),
     ("claims", "sap-1d-says-that-its-pairs-are-boxes", "pairs-are-overlapping-boxes"),
-    ("late", "sap-1d-the-true-radius", "same-contacts"),
+    ("missed", "sap-1d-the-true-radius", "same-contacts"),
     ("newcomer", "naive-only-one-pair-a-body", "same-contacts"),
 )
 """The row, a mutant, and the check that fails and ends with it."""
@@ -65,7 +74,45 @@ def test_truncation_for_floor_is_named(load_mutant):
 
 
 def often(row: str) -> str:
-    return SYMPTOMS[row]["often"]
+    return SYMPTOMS[row]["often"] if row else ""
+
+
+BEGINNERS = tomllib.loads((Path(__file__).parent / "beginners.toml").read_text(encoding="utf-8"))
+PAGE = Path(__file__).parents[3] / "docs" / "tutorial.md"
+BLOCK = re.compile(r"^<!-- file: \S+/phase.py -->\n```python\n(.*?)```$", re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("error", first(14, [*BEGINNERS]))
+def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
+    row, text = BEGINNERS[error], "\n\n".join(BLOCK.findall(PAGE.read_text(encoding="utf-8")))
+    for old, new in row["edits"]:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    (tmp_path / "grid.py").write_text(text, encoding="utf-8")
+    with loaded(tmp_path / "grid.py") as module, registered(BroadPhaseSpec("grid", module.GridPhase)):
+        runner = Runner(Plan(Subject("grid", {}), examples=12, shrink=False, explains=False))
+        check, found = "", ""
+        try:
+            runner.smoke_test()
+        except NotJudged as refusal:
+            found, _, ends = str(refusal).partition(f"\n{OFTEN}")
+        else:
+            results = map(runner.run, ("same-contacts", "its-structure-is-true"))
+            failed = next(each for each in results if not each.ok)
+            check, found, ends = failed.check, failed.said, likely(failed.check, failed.said)
+    assert re.search(row["says"], found), found
+    assert (check, ends) == (row.get("check", ""), often(row.get("often", "")))
+
+
+def test_what_every_check_would_meet_is_told_once(monkeypatch):
+    text = "PhaseError: a hook of grid, disc, wall raised NameError: name 'fals' is not defined"
+    failed = Result("same-contacts", "It gives.", "failed", 1, 0.0, said=text)
+    monkeypatch.setattr(IsolatedRunner, "run", lambda runner, name: failed)
+    report = check_broad_phase("naive", in_process=True, checks=["same-contacts", "its-features-are-known"])
+    assert report.results == (failed,)
+    assert report.notes == ("not run, until this error is gone: its-features-are-known",)
+    assert likely("same-contacts-with-turns", text) == ""
 
 
 def test_many_rows_are_shown_on_mutants():
@@ -94,6 +141,7 @@ def test_many_rows_are_shown_on_mutants():
         ),
         ("sizes", "same-contacts-beside-giants", "contact 3 is missing: body 0 with body 9"),
         ("many", "same-contacts-in-a-swarm", "contact 61 is missing: body 33 with body 34"),
+        ("late", "its-structure-is-true", "bodies 0 and 1 touch (gap -2.2e-16) and are not a candidate pair"),
     ],
 )
 def test_other_rows_are_told_by_the_check_and_its_words(row, check, words):
@@ -105,7 +153,7 @@ def test_nothing_is_told_where_no_row_applies():
 
 
 def test_rows_are_few_and_name_checks_that_there_are():
-    assert len(SYMPTOMS) <= 21
-    assert all({*row} <= {"often", "checks", "pattern"} for row in SYMPTOMS.values())
+    assert len(SYMPTOMS) <= 24
+    assert all({"often", "pattern"} <= {*row} <= {"often", "checks", "pattern"} for row in SYMPTOMS.values())
     named = {check for row in SYMPTOMS.values() for check in row.get("checks", ())}
     assert named <= {check.name for check in CHECKS}

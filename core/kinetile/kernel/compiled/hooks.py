@@ -136,6 +136,7 @@ def hook(function: F) -> F:
     Called from Python, in a test say, it is compiled once more, apart and with what such a call needs.
     """
     if INTERPRETED:
+        cast(Any, function).is_marked = True
         return function
     return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=LinkingCompiler))
 
