@@ -54,7 +54,7 @@ def begin_scene() -> None:
 
 @contextlib.contextmanager
 def uncounted() -> Iterator[None]:
-    """Within this no time is limited: for compiling, and starting processes, which would inherit it."""
+    """Within this no time is limited: for compiling, for drawing, and to start processes that inherit it."""
     if _limit:
         end_after(math.inf)
     try:

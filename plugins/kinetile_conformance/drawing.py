@@ -27,7 +27,7 @@ from kinetile.errors import KinetileError
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks import most
 from kinetile_conformance.checks.check import Check
-from kinetile_conformance.deadline import spent
+from kinetile_conformance.deadline import spent, uncounted
 from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies, only_commands
 from kinetile_conformance.strategies.gallery import smallest
 
@@ -49,12 +49,13 @@ class Drawing:
         if strategy is None:
             yield smallest()
             return
-        if strategy.name not in self._drawn:
-            drawn = strategy.draw(most(strategy, self.examples), self.seed)
-            self._drawn[strategy.name] = [], map(self._dressed, drawn)
-        had, more = self._drawn[strategy.name]
         for at in range(each.count(self.examples)):
-            had += islice(more, int(at == len(had)))
+            with uncounted():  # playing a living scene takes as long as judging many
+                if strategy.name not in self._drawn:
+                    drawn = strategy.draw(most(strategy, self.examples), self.seed)
+                    self._drawn[strategy.name] = [], map(self._dressed, drawn)
+                had, more = self._drawn[strategy.name]
+                had += islice(more, int(at == len(had)))
             yield from had[at : at + 1]
 
 

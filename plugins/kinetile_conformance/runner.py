@@ -316,7 +316,7 @@ class Runner:
         began, late = spent(), False
         run = CheckRun(each, self.subject, self._reference, self._observe, self.plan.seconds)
         try:
-            fails = not all(map(run.holds, self._drawing.scenes(each)))
+            fails = not all(map(run.holds, self._scenes(run)))
             if fails and self.plan.shrink and each.strategy and run.scene is not None:
                 run.end = math.inf
                 reduced(run.scene, lambda fewer: not run.holds(fewer), REDUCING)
@@ -332,6 +332,17 @@ class Runner:
         result = Result(each.name, each.sentence, status, run.count, 0.0, reason=reason)
         result = result if run.message is None else self._failed(run, replace(result, reason=""))
         return replace(result, seconds=spent() - began)
+
+    def _scenes(self, run: CheckRun) -> Iterator[Scene]:
+        """Yields the scenes of a check; drawing them takes nothing of its time."""
+        scenes = self._drawing.scenes(run.each)
+        while True:
+            began = spent()
+            scene = next(scenes, None)
+            run.end += spent() - began
+            if scene is None:
+                return
+            yield scene
 
     def _failed(self, run: CheckRun, result: Result) -> Result:
         each, scene = run.each, run.scene

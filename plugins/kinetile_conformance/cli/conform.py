@@ -112,10 +112,10 @@ def conform(
     named = [phase] if phase is not None else [], [command] if command is not None else []
     (judged,), checks = to_judge(*named, check, of_phases, of_programs)
     try_folder("--save-to", save_to, keep=False)
-    show = _Printer(judged, json)
+    first = FirstSignal()
+    show = _Printer(judged, json, first)
     who = " with ".join([judged.report.label, *judged.report.subject.beside])
     notice(f"judging {who} on {examples:,} scenes a check{compiling_first()} ...")
-    first = FirstSignal()
     how: dict[str, Any] = {"examples": examples, "checks": checks, "save_to": save_to, "shrink": shrink}
     try:
         with first:
@@ -195,9 +195,10 @@ def compiling_first() -> str:
 
 
 class _Printer:
-    def __init__(self, judged: Judged, json: bool) -> None:
+    def __init__(self, judged: Judged, json: bool, signals: FirstSignal) -> None:
         from kinetile_conformance import CHECKS
 
+        self._signals = signals
         self._judged = judged
         self._json = json
         self._wide = max(len(check.name) for check in CHECKS)
@@ -207,7 +208,8 @@ class _Printer:
         self._bar = Bar("judging")
 
     def scene(self, check: str, count: int) -> None:
-        """Shows how far a check is, on a terminal."""
+        """Shows how far a check is, on a terminal; a signal that has come ends it."""
+        self._signals.check()
         self.at = f" in {check}, at scene {count:,}"
         self._bar.show(None, f"{check}: {count:,} scenes")
 

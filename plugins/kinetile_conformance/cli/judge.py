@@ -66,9 +66,14 @@ def judge(
     names = ", ".join(each.report.label for each in judged)
     notice(f"judging {names} on {examples:,} scenes a check{compiling_first()} ...")
     first, bar = FirstSignal(), Bar("judging")
+
+    def show(share: float | None, text: str) -> None:
+        first.check()
+        bar.show(share, text)
+
     try:
         with first, bar:
-            judgement.run(bar.show)
+            judgement.run(show)
     except KeyboardInterrupt:
         notice("kinetile: interrupted; what was done until then is written")
     result = as_json(judgement.as_dict())

@@ -1,6 +1,8 @@
 """``kinetile conform`` and ``kinetile replay`` as people and scripts meet them."""
 
 import json
+import signal
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -84,6 +86,16 @@ def test_after_an_interrupt_what_there_is_has_been_printed(monkeypatch):
     *_, last = kinetile("conform", "naive", "--in-process", "--json").stdout.splitlines()
     found = json.loads(last)
     assert (found["status"], found["conforms"], len(found["checks"])) == ("interrupted", None, 1)
+
+
+def test_a_signal_that_is_lost_in_a_callback_ends_it_at_the_next_scene(monkeypatch):
+    def judge(name, *, on_scene, **more):
+        with suppress(KeyboardInterrupt):  # as the garbage collector does
+            signal.raise_signal(signal.SIGTERM)
+        on_scene("some-check", 1)
+
+    monkeypatch.setattr(kinetile_conformance, "check_engine", judge)
+    kinetile("conform", "--command", "true", code=128 + signal.SIGTERM)
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,9 @@
 """The judge: time limits, failures that do not always come back, saved cases, what is no fault."""
 
 import itertools
+import math
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,6 +87,28 @@ def test_out_of_time_is_not_judged() -> None:
     assert (result.verdict, result.case, result.bodies) == ("", None, None)
     assert 0 < result.scenes < 40
     assert result.reason == "0.25 CPU s were not enough; no fault in the scenes seen until then"
+
+
+def test_drawing_takes_nothing_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenes = list(Drawing(2, seed=0).scenes(check_named("same-contacts")))
+
+    def slowly(*_: object) -> Iterator[Scene]:
+        for scene in scenes:
+            for _ in range(12):
+                Slow().prepare(scene)
+            yield scene
+
+    monkeypatch.setattr(Drawing, "scenes", slowly)
+    runner = Runner(Plan(Subject("naive", {}), seconds=0.5))
+    assert runner.run("same-contacts").status == "passed"
+
+
+def test_drawing_is_not_of_the_scene_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawing, limits = Drawing(1, seed=0, dressed=lambda scene: limits.append(0.0) or scene), []
+    monkeypatch.setattr(deadline, "_limit", 20.0)
+    monkeypatch.setattr(deadline, "end_after", limits.append)
+    list(drawing.scenes(check_named("same-contacts")))
+    assert limits[:3] == [math.inf, 0.0, 20.0]
 
 
 def test_a_report_that_is_not_judged_is_neither_right_nor_wrong() -> None:
