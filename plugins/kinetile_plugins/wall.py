@@ -152,6 +152,8 @@ def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
     left, right, bottom and top."""
     clock = k.clock[0]
     limits = clock.limits
+    if limits.width == 0.0:  # there is no arena, and the parts are general
+        return NEVER, LEFT
     straight_x = clock.torus.x == 0.0 and body.ax == 0.0
     straight_y = clock.torus.y == 0.0 and body.ay == 0.0
     to_left, to_right, down, up = extent(body)

@@ -118,12 +118,14 @@ def test_columns_of_one_number_are_filled_from_a_snapshot(tmp_path):
 
 
 @pytest.mark.interpreted
-def test_general_walls_are_none_where_there_is_no_arena():
-    scene = kt.Scene([[-3.0, -2.0], [1.0, -2.0]], [[1.0, 0.0], [-1.0, 0.0]], 0.5)
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), (0.0, -0.5)])
+def test_general_walls_are_none_where_there_is_no_arena(gravity):
+    flies, settings = [[1.0, 0.0], [-1.0, 0.0]], kt.Settings(until=8.0)
+    scene = kt.Scene([[-3.0, -2.0], [1.0, -2.0]], flies, 0.5, gravity=gravity, settings=settings)
     sims = [kt.Simulation(scene, "naive", narrow_phases=each) for each in (["disc"], ALL_SCENES)]
     for sim in sims:
         sim.run(until=0.5)
-        sim.insert((-6.0, -2.0), (4.0, 0.0), 0.5)
+        sim.insert((-6.0, float(sim.positions()[0, 1])), (4.0, float(sim.velocities()[0, 1])), 0.5)
         sim.run(until=8.0)
         sim.audit()
     sims.append(kt.Simulation(sims[0].recorded(), "naive", narrow_phases=ALL_SCENES))

@@ -6,8 +6,9 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import count
+from itertools import count, groupby
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -190,22 +191,23 @@ def resumes(case: Case) -> None:
 
 @observation()
 def same_contacts_when_commanded_by_hand(case: Case) -> None:
-    """The same contacts where commands are given between two runs, and after some the simulation is looked
-    at, drawn, audited, built anew, put back, or saved and resumed"""
+    """The same contacts where commands are given between two runs, those who come together by one call, and
+    after some the simulation is looked at, drawn, audited, built anew, put back, or saved and resumed"""
     scene, looks = case.scene, (*WAYS.values(), _audit)
-    every = 1 + len(scene.commands) // BY_HAND
+    batches = [list(each) for _, each in groupby(scene.commands, _together)]
+    every = 1 + len(batches) // BY_HAND
     sim = case.subject.simulation(with_commands(scene, []), room=None)
     numbers = {body: body for body in range(len(scene))}
     ended = "ran"
     try:
-        for at, command in enumerate(scene.commands):
-            if command.time > sim.time:
-                _run(case, sim, command.time)
+        for at, batch in enumerate(batches):
+            if batch[0].time > sim.time:
+                _run(case, sim, batch[0].time)
                 if len(sim.contacts) < case.contacts:
                     next(sim.steps(), None)  # it may be one of the phase's structure
             if len(sim.contacts) >= case.contacts:
                 break
-            _give(sim, command, numbers)
+            _give(sim, batch, numbers)
             if at % every == 0:
                 sim = looks[at // every % len(looks)](sim) or sim
         _run(case, sim, horizon(scene))
@@ -218,15 +220,28 @@ def same_contacts_when_commanded_by_hand(case: Case) -> None:
         raise Disagreement(text)
 
 
-def _give(sim: Simulation, command: Command, numbers: dict[int, int]) -> None:
-    """Gives a command of a scene, in which bodies have other ``numbers``; what is refused is left out."""
+def _together(command: Command) -> object:
+    """Returns what insertions have in common that are given by one call; of others, what is theirs alone."""
+    return (command.time, command.acceleration) if isinstance(command, Insert) else id(command)
+
+
+def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> None:
+    """Gives commands of a scene, one or some insertions at once, in which bodies have other ``numbers``; what
+    is refused is left out."""
+    command = batch[0]
     if isinstance(command, Insert):
-        given = command._asdict()
+        coming = [each for each in batch if isinstance(each, Insert)]
+        given: dict[str, Any] = {
+            name: [getattr(each, name) for each in coming]
+            for name in ("position", "velocity", "radius", "mass", "kind", "shape")
+        }
+        shapes = given["shape"] if sim.scene.shapes else None
+        kinds = None if None in given["kind"] else given["kind"]
+        given |= {"shape": shapes, "kind": kinds, "acceleration": command.acceleration}
         place, flies = given.pop("position"), given.pop("velocity")
-        for name in ("time", "body", "at"):
-            del given[name]
         try:
-            numbers[command.body] = sim.insert(place, flies, **given)
+            new = sim.insert_many(place, flies, **given).numbers.tolist()
+            numbers.update((each.body, n) for each, n in zip(coming, new, strict=True) if n >= 0)
         except TooThick:
             raise
         except (KinetileError, ValueError):

@@ -9,6 +9,9 @@ overflows, a tick that is not named in ``ticks`` is out of date, and small error
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +20,7 @@ from kinetile import Scene
 from kinetile.instruments import SPAN, TICKS
 from kinetile_conformance.strategies.strategy import numbered
 from kinetile_conformance.strategies.swarms import slots, swarm, swarm_of
+from kinetile_conformance.strategies.torus import torus
 
 LATTICES = 100
 APART = (16, 10)
@@ -85,8 +89,28 @@ def falling(number: int) -> Scene:
     velocity = np.where(base.velocity == 0.0, 0.25, base.velocity)
     velocity[fixed] = 0.0
     mass = np.where(fixed, math.inf, 2.0 ** random.integers(-1, 2, len(base)))
-    arena = None if number % 4 == 2 else base.arena
-    return base.replace(velocity=velocity, mass=mass, arena=arena, gravity=gravity.tolist(), acceleration=own)
+    arena, settings = base.arena, base.settings
+    if number % 4 == 2:  # in the plane they part soon
+        arena, settings = None, replace(settings, until=6.0)
+    more: dict[str, Any] = {"gravity": gravity.tolist(), "acceleration": own, "settings": settings}
+    return base.replace(velocity=velocity, mass=mass, arena=arena, **more)
+
+
+def falling_round(number: int) -> Scene:
+    """Returns bodies of several kinds, some of which turn, that fall across a periodic axis."""
+    scene = torus(number)
+    if scene.periodic == "xy":  # nothing would stop a fall
+        return falling_round(number + 1)
+    return scene.replace(gravity=(0.0, -0.25) if scene.periodic == "x" else (0.25, 0.0))
+
+
+ROUND = 5
+"""Of so many falling scenes and one more, one is on a torus."""
+
+
+def _falling(count: int, seed: int) -> Iterator[Scene]:
+    for at, number in enumerate(np.random.default_rng(seed).integers(0, 2**24, count).tolist()):
+        yield (falling_round if at % (ROUND + 1) == ROUND else falling)(number)
 
 
 BASES, CONTACTS = 40, 100_000
@@ -111,7 +135,7 @@ def marathon(bodies: int, seed: int) -> Scene:
 
 DRAWS = {
     "lattices": numbered(lambda number: lattices(LATTICES, number, bool(number & 1), APART[number >> 1 & 1])),
-    "falling scenes": numbered(falling),
+    "falling scenes": _falling,
     "marathons": numbered(lambda number: marathon(FEWEST + number % (MOST - FEWEST + 1), number)),
     "large scenes": numbered(lambda number: swarm("gas", 1_500, number, 1 + number % 7)),
 }

@@ -33,8 +33,11 @@ from kinetile_conformance.strategies.torus import torus
 STEPS, MANY_STEPS = 50, 200
 """Rules for most scenes, and for every fourth batch."""
 
-BATCH = 10
-"""Starts of scenes that are drawn in one go."""
+BATCH, RARE = 10, 5
+"""Starts of scenes that are drawn in one go; of so many scenes one is rare."""
+
+BURSTS = (8, 12) if INTERPRETED else (64, 200)
+"""Bodies of a burst."""
 
 CONTACTS = 40
 """Contacts in each piece of a run between two commands."""
@@ -90,10 +93,15 @@ STARTS: dict[str, Draw] = {
 
 
 class _Play:
-    """A living scene in the making: what the rules do to a run under the reference."""
+    """A living scene in the making: what the rules do to a run under the reference. Every fifth is a
+    ``rare`` one, with what would be too much of a change for all."""
 
     def __init__(self, scene: Scene, number: int) -> None:
         self.random = np.random.default_rng(number)
+        self.rare = number % RARE == RARE - 1
+        if self.rare and scene.kinds == (0,) and not scene.shapes:  # half fall, half have no arena
+            fall = ((0.0, -0.25), (0.5, 0.0))[number % 4 // 2]
+            scene = scene.replace(gravity=fall) if number % 2 else scene.replace(arena=None)
         self.scene = scene
         self.sim = Subject(REFERENCE, {}).reference.simulation(scene, room=None)
         self.ended = False
@@ -203,6 +211,31 @@ class _Play:
             step = 2.25 * radius * np.array([at % 3, at // 3])
             self.insert(place + step, aside, radius, sizes=1)
 
+    def burst(self) -> None:
+        """Many come at once, each to a place of its own, one or two of them at a place that is taken."""
+        count, radius = int(self.random.choice(BURSTS)), self.widest / 64.0
+        at = np.arange(count)
+        place = self.place() + 2.25 * radius * np.column_stack([at % 16, at // 16])
+        velocity = self.random.integers(-4, 5, (1 + int(self.random.integers(2)) * (count - 1), 2)) / 8.0
+        size: dict[str, Any] = {"shape": self.shape(radius)} if self.scene.shapes else {"radius": radius}
+        kind = None if self.scene.kinds == (0,) else KINDS[0]
+        with suppress(ValueError):
+            self.sim.insert_many(place, np.broadcast_to(velocity, (count, 2)), **size, kind=kind)
+
+    def arrive(self) -> None:
+        """One comes from far outside of the box in which all began, if nothing bounds it, towards another."""
+        goal = self.sim.positions()[self.random.integers(len(self.sim.bodies))]
+        away = self.random.choice([-1.0, 0.0, 1.0], 2) * self.size * 2.0 ** self.random.integers(0, 4)
+        time = 8.0 * self.unit
+        self.insert(goal + away, -away / time, self.widest * float(self.random.choice([1.0, 0.25])))
+        self.run(int(self.random.choice([0, 80])))
+
+    def wake(self) -> None:
+        """Some that cannot be moved, or rest, begin to fly."""
+        still = (self.sim.velocities() == 0.0).all(axis=1)
+        for body in self.sim.bodies[still][:3].tolist():
+            self.sim.set_velocity(body, self.random.integers(-4, 5, 2) / 4.0)
+
     def remove_some(self) -> None:
         for body in self.chosen(3):
             self.sim.remove(body)
@@ -256,11 +289,15 @@ RULES = (
 )
 """What may be done at a step of a scene; most do several things at once."""
 
+RARE_RULES = (_Play.burst, _Play.arrive, _Play.arrive, _Play.wake, _Play.wake)
+"""What may be done in a rare scene as well."""
+
 
 def _play(scene: Scene, number: int) -> Scene:
     play = _Play(scene, number)
     random = play.random
     rules = [each for each in RULES if random.random() < 0.7] or [_Play.insert_one]
+    rules += RARE_RULES if play.rare else ()
     many = random.random() < 0.25 and not INTERPRETED
     for _ in range(MANY_STEPS if many else STEPS):
         play.run(int(random.choice([0, 0, 0, 1, 1, 2, 4])))

@@ -160,7 +160,14 @@ def shape_torus(number: int) -> Scene:
     return shape_swarm(number, ("xy", "x", "y")[number % 3])
 
 
+def falling_shapes(number: int) -> Scene:
+    """Returns such a swarm that falls, along one axis in three of four."""
+    gravity = ((0.0, -0.5), (0.5, 0.0), (0.0, 0.125), (-0.25, -0.25))[number % 4]
+    return shape_swarm(number).replace(gravity=gravity)
+
+
 DRAWS = {
+    "falling shapes": numbered(falling_shapes),
     "shapes": drawn(lambda: of_all_shapes().map(with_kinds)),
     "shapes, and squares alone": drawn(lambda: st.one_of(of_all_shapes(), *_scenes_of((SQUARE,)))),
     "swarms of shapes": numbered(shape_swarm),

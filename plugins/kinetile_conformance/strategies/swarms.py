@@ -317,6 +317,25 @@ def steep(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     return swarm_of(place, velocity, radius, None, until, aside=variation & 4)
 
 
+WIDTHS = ((8, 400), (64, 64), (1_000, 16))
+"""How many of its widths a convoy flies until its parts meet, and how many bodies it has at most."""
+
+
+def convoy(random: np.random.Generator, bodies: int, variation: int) -> Scene:
+    """Two crowds that fly side by side, and meet far away from where they began, in the open plane."""
+    widths, most = WIDTHS[variation % 3]
+    one, two = (bodies := min(bodies, most)) // 2, bodies - bodies // 2
+    side = square(two, 1.3)
+    radius = radii(random, bodies, variation)
+    place = np.vstack([slots(random, one, side, side), slots(random, two, side, side)])
+    place += jitter(random, radius) - side / 2.0
+    place[one:, 1] += side
+    time = float(2 * side * widths)
+    velocity = np.tile([-1.0 if variation & 4 else 1.0, 0.0], (bodies, 1))
+    velocity[one:, 1] = -side / time
+    return swarm_of(place, velocity, radius, None, time, aside=variation & 1)
+
+
 FEWEST, MOST = 8, 400
 
 Kind = Callable[[np.random.Generator, int, int], Scene]
@@ -335,7 +354,7 @@ GIANTS = _named(plough, lanes, giants)
 """Kinds with few large bodies, of which one scene in four or five finds a fault."""
 
 BURSTS = _named(front, burst)
-CORRIDORS = _named(fast_corridor, steep)
+CORRIDORS = _named(fast_corridor, steep, convoy)
 
 
 def swarm(kind: str, bodies: int = 100, seed: int = 0, variation: int = 0) -> Scene:
