@@ -143,7 +143,12 @@ class Report:
         verdict = f"conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)"
         if self.not_judged:
             verdict = f"is not judged: {self.not_judged}"
-        lines = [f"  {note}" for note in self.notes]
+        reasons: dict[str, list[str]] = {}
+        for each in self.results:
+            if each.status == "skipped":
+                reasons.setdefault(each.reason, []).append(each.check)
+        lines = [f"  skipped, {reason}: {', '.join(checks)}" for reason, checks in reasons.items()]
+        lines += [f"  {note}" for note in self.notes]
         if self.failed:
             verdict = f"does not conform: {', '.join(result.check for result in self.failed)}"
             saved = (result for result in self.failed if result.case is not None)
@@ -152,7 +157,10 @@ class Report:
         return "\n".join([*lines, f"{' with '.join([self.subject.name, *self.subject.beside])} {verdict}"])
 
     def lines(self, result: Result, wide: int) -> list[str]:
-        """Returns the lines of one result, the name of its check padded to a width."""
+        """Returns the lines of one result, the name of its check padded to a width; ``foot`` has those that
+        are skipped."""
+        if result.status == "skipped":
+            return []
         scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
         spent = f"{scenes}  {result.seconds:6.2f} s"
         first = f"  {result.status:10} {result.check:{wide}}  {spent}  {result.sentence}"

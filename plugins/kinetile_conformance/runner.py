@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -150,7 +151,9 @@ class Plan:
             check_options("response", response.name, target, response.options)
         subject = Subject(name, dict(options.get("options") or {}), narrow, response)
         provided(subject)  # the smoke test checks the options of the broad phase
-        return cls.of(subject, options)
+        alone = (None, "broad") if not subject.beside else (None, "broad", "pair", "wall", "response")
+        names = [each.name for each in CHECKS if each.observation.judges in alone]
+        return cls.of(subject, {**options, "checks": options.get("checks") or names})
 
     def report(self, *results: Result) -> Report:
         """Returns the report on these results."""
@@ -192,7 +195,8 @@ def applicable(subject: Subject, each: Check) -> str | None:
 
 
 class CheckRun:
-    """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest."""
+    """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest; the
+    ``number`` is that of the scene as it was drawn."""
 
     fatal: tuple[type[Exception], ...] = ()
     """Errors that are no failure of the check: they end the run."""
@@ -212,12 +216,13 @@ class CheckRun:
         self.message: str | None = None
         self.scene: Scene | None = None
         self.end = spent() + seconds
+        self.number: int | None = None
         self._reference = reference or reference_of(subject)
         self._observe = observe
 
     def look(self, scene: Any) -> None:
         """Runs the check on a scene; raises Disagreement, or Refused where the phase refuses it."""
-        self.each.run(self.subject, scene, self._reference)
+        self.each.run(self.subject, scene, self._reference, self.number)
 
     def holds(self, scene: Any) -> bool:
         """Runs the check on a scene; returns False where it fails. A scene that the phase refuses holds."""
@@ -336,7 +341,7 @@ class Runner:
     def _scenes(self, run: CheckRun) -> Iterator[Scene]:
         """Yields the scenes of a check; drawing them takes nothing of its time."""
         scenes = self._drawing.scenes(run.each)
-        while True:
+        for run.number in count(1):
             began = spent()
             scene = next(scenes, None)
             run.end += spent() - began

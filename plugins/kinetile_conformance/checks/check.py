@@ -35,12 +35,14 @@ class Disagreement(AssertionError):
 
 @dataclass(frozen=True)
 class Case:
-    """The phases under test, a scene, the reference's outcomes, and the limit of contacts of a run."""
+    """The phases under test, a scene, the reference's outcomes, the limit of contacts of a run, and the
+    ``number`` of the scene, by which an observation has turns; None: all that it does is done."""
 
     subject: Subject
     scene: Scene
     reference: Reference
     contacts: int = CONTACTS
+    number: int | None = None
 
     @property
     def expected(self) -> RunOutcome:
@@ -118,10 +120,11 @@ class Check:
             return 1
         return self.strategy.fixed or max(1, round(self.share * examples))
 
-    def run(self, subject: Subject, scene: Scene, reference: Reference) -> None:
+    def run(self, subject: Subject, scene: Scene, reference: Reference, number: int | None = None) -> None:
         """Looks at a scene; raises Disagreement where it does not hold."""
         contacts = self.strategy.contacts if self.strategy else CONTACTS
-        self.observation.look(Case(subject, scene, reference, contacts))
+        turn = None if self.strategy and self.strategy.fixed else number
+        self.observation.look(Case(subject, scene, reference, contacts, turn))
 
 
 def compare(case: Case, found: RunOutcome, how: str = "") -> None:

@@ -6,18 +6,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, get_args
 
 import numpy as np
 
 import kinetile as kt
 from kinetile import Scene, Settings, registry
-from kinetile.errors import KinetileError, Refused
+from kinetile.errors import BadOption, KinetileError, Refused
 from kinetile.instruments import composition_of, relabelled
 from kinetile_conformance.cases import CONTACTS, Subject, horizon, outcome, run_summary
-from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
+from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
+from kinetile_conformance.checks.side_effects import interpreted
 from kinetile_conformance.processes import Died, in_a_child
 from kinetile_conformance.strategies.bulk import lattices, marathon
 from kinetile_conformance.strategies.changes import viewed
@@ -84,6 +88,44 @@ def its_features_are_known(case: Case) -> None:
             f"it declares the feature {feature!r}, which nothing can disprove; features that are put to the "
             f"test: {', '.join(known)}"
         )
+
+
+VALUES: dict[Any, tuple[Any, ...]] = {bool: (False, True), int: (2, 5), float: (0.75, 3.0), str: ("x", "y")}
+"""Values of options that are annotated so, an axis where it is a text; a ``Literal`` has its own."""
+
+
+def _options(subject: Subject) -> Iterator[tuple[str, Any]]:
+    """Yields each option of a broad phase with up to two values other than that under test."""
+    with suppress(NameError, ValueError, TypeError):  # annotations that say nothing here
+        phase = registry().target("broad phase", subject.name)
+        for name, each in signature(phase, eval_str=True).parameters.items():
+            kinds = get_args(each.annotation) or (each.annotation,)
+            values = [v for kind in kinds for v in VALUES.get(kind, (kind,) if isinstance(kind, str) else ())]
+            others = [value for value in values if value != subject.options.get(name, each.default)]
+            yield from ((name, value) for value in others[:2])
+
+
+@observation(judges="broad")
+def same_contacts_with_other_options(case: Case) -> None:
+    """Where one of its options has another value, it gives the reference's contacts too"""
+    if not any(_options(case.subject)):
+        raise DoesNotApply("it has no options with values that are known")
+    text = interpreted(_with_other_options, case.subject, _scenes())
+    if text is not None:
+        raise Disagreement(text)
+
+
+def _with_other_options(subject: Subject, scenes: Sequence[Scene]) -> str | None:
+    expected = [run_summary(subject.reference, scene) for scene in scenes]
+    for name, value in _options(subject):
+        other = replace(subject, options={**subject.options, name: value})
+        for scene, right in zip(scenes, expected, strict=True):
+            with suppress(Refused, BadOption):
+                ended, fingerprint = run_summary(other, scene)
+                if (ended, fingerprint) != right:
+                    text = f"with {name} = {value!r} it {ended}, and the reference {right[0]}"
+                    return text if ended != right[0] else f"with {name} = {value!r} the contacts are others"
+    return None
 
 
 TURNS = 10

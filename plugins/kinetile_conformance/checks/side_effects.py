@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
@@ -192,18 +192,21 @@ SECONDS = 60.0
 """CPU seconds for a simulation in a child."""
 
 
-def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Runs a phase interpreted on scenes with all hooks watched; returns the first breach and its scene, or
-    None. Refused where it refuses all, or cannot be sent to an interpreter; TimeIsUp after SECONDS."""
+def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Sequence[Any]) -> str | None:
+    """Returns what is seen of a phase whose hooks are interpreted, on some scenes; None: nothing. Refused
+    where it refuses all, or cannot be sent to an interpreter; TimeIsUp after SECONDS."""
     if INTERPRETED:
-        return _watched(subject, scenes)
+        return look(subject, scenes)
     try:
-        found: str | None = in_a_child(
-            _watched, subject, scenes, environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS
-        )
+        environment = {"NUMBA_DISABLE_JIT": "1"}
+        return cast(str | None, in_a_child(look, subject, scenes, environment=environment, seconds=SECONDS))
     except Died as died:
-        return f"interpreted, with its hooks watched, its process ended ({died})"
-    return found
+        return f"interpreted, its process ended ({died})"
+
+
+def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
+    """Runs a phase interpreted with all hooks watched, on scenes with titles; returns the first breach."""
+    return interpreted(_watched, subject, scenes)
 
 
 def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:

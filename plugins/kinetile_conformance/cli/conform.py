@@ -219,7 +219,8 @@ class _Printer:
         if self._json:
             _line({"result": self._judged.report.row(result)})
         else:
-            echo("\n".join(self._judged.report.lines(result, self._wide)))
+            for line in self._judged.report.lines(result, self._wide):
+                echo(line)
 
     def end(self, status: str) -> None:
         self._bar.close()

@@ -29,7 +29,7 @@ SEEN = (
         *("shared", "sap-1d-one-state-for-all-instances", "state-is-not-kept"), marks=pytest.mark.slow
     ),
     ("start", "naive-tires-of-a-late-clock", "same-contacts-after-a-change-of-view"),
-    ("anew", "sap-1d-makes-its-pairs-at-the-first-building-only", "resumes"),
+    ("anew", "sap-1d-makes-its-pairs-at-the-first-building-only", "its-structure-is-true"),
     ("turns", "sap-1d-ignores-turns", "same-contacts-with-turns"),
     pytest.param(*("stalled", "sap-1d-an-exchange-that-is-none", "same-contacts"), marks=pytest.mark.slow),
     ("empty", "naive-cannot-do-without-bodies", "same-contacts-in-the-gallery"),

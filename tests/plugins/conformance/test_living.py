@@ -53,7 +53,7 @@ def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_lon
 
 def test_living_scenes_are_played_once_for_all_checks():
     drawing = Drawing(10, 0)
-    first = list(drawing.scenes(check_named("resumes-as-bodies-come-and-go")))
+    first = list(drawing.scenes(check_named("same-contacts-as-bodies-come-and-go")))
     others = drawing.scenes(check_named("its-structure-is-true-as-bodies-come-and-go"))
     assert next(others) is first[0]
 
