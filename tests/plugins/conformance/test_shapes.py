@@ -21,7 +21,7 @@ AS_CONVEX = "same-contacts-as-convex"
 def collide_across(k: Kernel, a: int, b: int) -> float:
     """Wrong: the components of the normal are exchanged."""
     nx, ny, depth = touch(k, a, b)
-    exchange(k, a, b, ny, nx)
+    exchange(k, a, b, ny, nx, 1.0)
     return float(depth)
 
 
