@@ -13,7 +13,7 @@ from kinetile.instruments import OWN, escape
 from kinetile_conformance.cases import Subject, save_case
 from kinetile_conformance.checks import check_named
 
-KIT_VERSION = "5.0"
+KIT_VERSION = "6.0"
 """The version of the set of checks."""
 
 OFTEN = "often: "
