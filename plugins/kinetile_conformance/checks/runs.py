@@ -17,7 +17,7 @@ from kinetile import Accelerate, Insert, Remove, Simulation
 from kinetile.errors import AuditError, KinetileError, TooThick
 from kinetile.instruments import Command, first_difference, relabelled, with_commands
 from kinetile.toolbox import At, Box, Coordinate, Link, box_gaps, reaches_of
-from kinetile_conformance.cases import RunOutcome, difference, horizon, outcome
+from kinetile_conformance.cases import RunOutcome, difference, horizon, is_living, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
 
 Look = Callable[[Simulation], Simulation | None]
@@ -211,9 +211,9 @@ def _goes_on(case: Case) -> None:
 
 
 def _is_commanded(case: Case) -> None:
-    """Gives commands between two runs, those who come together by one call, and does something after some;
-    without any, audits."""
-    if not case.scene.commands:
+    """Gives commands between two runs, those who come together by one call, and does something after some.
+    Where none comes or goes, it audits: of turns alone, the skin would differ, which knows those to come."""
+    if not is_living(case.scene):
         return _is_true(case)
     scene, looks = case.scene, (*WAYS.values(), _audit)
     batches = [list(each) for _, each in groupby(scene.commands, _together)]

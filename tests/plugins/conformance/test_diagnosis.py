@@ -98,8 +98,7 @@ def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
         except NotJudged as refusal:
             found, _, ends = str(refusal).partition(f"\n{OFTEN}")
         else:
-            results = map(runner.run, ("same-contacts", "its-structure-is-true"))
-            failed = next(each for each in results if not each.ok)
+            failed = runner.run("same-contacts")
             check, found, ends = failed.check, failed.said, likely(failed.check, failed.said)
     assert re.search(row["says"], found), found
     assert (check, ends) == (row.get("check", ""), often(row.get("often", "")))
