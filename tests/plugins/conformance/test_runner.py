@@ -228,6 +228,15 @@ def test_a_phase_that_refused_a_skin_on_the_way_was_condemned(check):
     assert "the skin around bodies is thin" in run.refusal
 
 
+def test_turns_that_are_scheduled_are_known_to_the_skin() -> None:
+    """By hand they are not: that is no fault of a phase."""
+    scene = kt.Scene(
+        [[1.0, 1.0], [3.0, 1.0]], [[0.5, 0.0], [0.0, 0.25]], 0.25, settings=kt.Settings(until=3.0)
+    )
+    scene = scene.replace(turns=[kt.Turn(0, 1.0, (64.0, 0.0))], arena=(4.0, 4.0))
+    assert CheckRun(check_named("its-structure-is-true"), Subject("naive", {})).holds(scene)
+
+
 def test_a_refused_skin_excuses_no_contact_that_was_wrong_before():
     speed = 2.0**24
     place, flies = [[1.0, 1.0], [3.0, 1.0], [5.0, 1.0]], [[speed, 0.0], [0.0, 0.0], [-speed, 1.0]]
