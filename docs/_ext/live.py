@@ -204,7 +204,8 @@ def show(self: Any, node: shown) -> None:
     if uri.endswith(".html"):
         height = html.escape(node["height"])
         self.body.append(
-            f'<iframe src="{uri}{html.escape(node["link"])}" title="{title}" loading="lazy" style="height: {height}"></iframe>'
+            f'<iframe src="{uri}{html.escape(node["link"])}" title="{title}" loading="lazy" '
+            f'style="height: {height}"></iframe>'
             f'<p class="live-link"><a class="reference internal" href="{uri}">Open it by itself</a>'
         )
     else:
