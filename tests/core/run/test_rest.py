@@ -196,14 +196,14 @@ def test_a_command_by_hand_ends_the_hold_at_once_and_a_replay_has_the_same_list(
 
 
 def test_a_body_that_is_removed_lets_go_all_that_it_holds_under_a_phase_that_is_built_again_too():
-    places = [[4.0, 2.0], *([1.5 + i, 2.75] for i in range(6))]
-    plan = scene(places, [[0.0, 0.0]] * 7, [kt.box(7.0, 1.0)] + [BRICK] * 6, 1, commands=[kt.Remove(0, 2.0)])
+    places = [[4.0, 2.0], *([2.5 + i, 2.75] for i in range(3))]
+    plan = scene(places, [[0.0, 0.0]] * 4, [kt.box(7.0, 1.0)] + [BRICK] * 3, 1, commands=[kt.Remove(0, 2.0)])
     for phase in ("cells", "sap-2d"):
         sim = run(plan, 2.0 + math.sqrt(5.0) - 1e-9, phase)
-        assert sim.supports() == [()] * 6
+        assert sim.supports() == [()] * 3
         sim.run(1e3)
-        assert sim.supports() == [(FLOOR,)] * 6
-    agree(plan, *PHASES, until=8.0)
+        assert sim.supports() == [(FLOOR,)] * 3
+    agree(plan, *PHASES, until=6.0)
 
 
 def test_a_hit_ends_the_hold_and_the_support_is_met_again():
@@ -236,7 +236,7 @@ def test_on_a_periodic_axis_a_body_slides_on_and_on_and_never_rests_on_a_slope()
     assert sim.supports()[1] == (0,)
     sim.run(500.0)
     assert sim.supports()[1] == (FLOOR,)
-    agree(table, *PHASES, until=40.0)
+    agree(table, *PHASES, until=20.0)
     slope = scene(
         [[4.0, 3.0], [4.0, 5.0]],
         [[0.0, 0.0]] * 2,
@@ -274,13 +274,21 @@ def drawn(seed: int) -> kt.Scene:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", lanes.first(3, range(50)))
+@pytest.mark.parametrize("seed", lanes.first(2, range(50)))
 def test_all_phases_give_one_answer(seed):
     sims = agree(drawn(seed), *PHASES, until=10.0)
     assert any(sims[0].supports())
 
 
-@pytest.mark.parametrize("what", [RESTING, groove(), drawn(4)])
+@pytest.mark.slow
+@pytest.mark.own_loop
+@pytest.mark.compiled
+def test_compiled_loops_give_it_too():
+    for seed in range(50):
+        agree(drawn(seed), "cells", "naive", until=10.0)
+
+
+@pytest.mark.parametrize("what", [RESTING, groove(), drawn(9)])
 def test_a_run_that_is_saved_goes_on_to_the_same_bits(tmp_path, what):
     whole = run(what, 12.0)
     half = kt.Simulation(what, "naive")
@@ -299,7 +307,7 @@ def test_a_run_that_is_saved_goes_on_to_the_same_bits(tmp_path, what):
         assert sim.supports() == whole.supports()
 
 
-@pytest.mark.parametrize("what", [RESTING, groove(), drawn(2), drawn(5)])
+@pytest.mark.parametrize("what", [RESTING, groove(), drawn(2), drawn(9)])
 def test_a_trajectory_has_what_rests_and_slides_where_it_is(tmp_path, what):
     pytest.importorskip("pyarrow")
     sim = kt.Simulation(what, "cells")
