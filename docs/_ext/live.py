@@ -16,7 +16,7 @@ a reader makes it::
 * ``--out`` names the file on the site; ``view`` may go without it. ``--open`` and ``--overwrite`` are not
   for here. Files that a command names are looked for from the folder in which the document stands.
 * ``:height: 30rem`` in the first line of the block is how high the frames are, 54rem without it; ``:link:
-  try`` opens the page at its link ``#try``.
+  try`` opens the page at its link ``#try``. ``:class: tiles`` puts the frames beside each other.
 
 A command that fails is a warning of the type ``live.failed``, with what it has said; where warnings are
 errors, there is no site.
@@ -80,7 +80,11 @@ class Live(SphinxDirective):
     has_content = True
     optional_arguments = 1
     final_argument_whitespace = True
-    option_spec: ClassVar[dict[str, Any]] = {"height": directives.unchanged, "link": directives.unchanged}
+    option_spec: ClassVar[dict[str, Any]] = {
+        "height": directives.unchanged,
+        "link": directives.unchanged,
+        "class": directives.class_option,
+    }
 
     def run(self) -> list[nodes.Node]:
         """Make what the commands make, or find it among what is kept."""
@@ -95,7 +99,7 @@ class Live(SphinxDirective):
                 said.warning(
                     "%s: %s", command, error, type="live", subtype="failed", location=self.get_location()
                 )
-        figure = nodes.container("", *made, classes=["live"])
+        figure = nodes.container("", *made, classes=["live", *self.options.get("class", ())])
         if self.arguments:
             figure += [caption, *messages]
         return [figure]
@@ -203,14 +207,14 @@ def show(self: Any, node: shown) -> None:
     title, uri = html.escape(node["title"]), html.escape(up)
     if uri.endswith(".html"):
         height = html.escape(node["height"])
+        place = uri + html.escape(node["link"])
         self.body.append(
-            f'<iframe src="{uri}{html.escape(node["link"])}" title="{title}" loading="lazy" '
-            f'style="height: {height}"></iframe>'
+            f'<div><iframe src="{place}" title="{title}" loading="lazy" style="height: {height}"></iframe>'
             f'<p class="live-link"><a class="reference internal" href="{uri}">Open it by itself</a>'
         )
     else:
-        self.body.append(f'<img src="{uri}" alt="{title}" loading="lazy"><p class="live-link">')
-    self.body.append(f"<code>{html.escape(node['command'])}</code></p>")
+        self.body.append(f'<div><img src="{uri}" alt="{title}" loading="lazy"><p class="live-link">')
+    self.body.append(f"<code>{html.escape(node['command'])}</code></p></div>")
     raise nodes.SkipNode
 
 
