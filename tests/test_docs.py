@@ -242,7 +242,7 @@ def test_links_lead_somewhere(page):
             assert anchor in anchors, f"{page.name} links to {target}; there are {sorted(anchors)}"
 
 
-WORDS, MOST_PAGES = 49_900, 25
+WORDS, MOST_PAGES = 49_000, 25
 """What readers have to read at most: README and docs, of which the pages of docs/api are one, counted as
 ``wc -w`` does. Raising a limit is a decision, to be written here with its reason. In November 2026 these are
 left of 92,800 words on 47 pages (60 with those of docs/api); 600 are the rules of rest.
