@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import kinetile as kt
 import lanes
 
 ROOT = Path(__file__).parents[1]
@@ -106,3 +107,16 @@ def test_flights_are_read_from_a_file(tmp_path, capsys):
         "A": [(0.0, 0.0, 0.0), (5.0, 5.0, 0.0), (10.0, 5.0, 50.0)],
         "B": [(0.0, 10.0, 0.0), (10.0, 0.0, 0.0)],
     }
+
+
+LANDED = ["2.1750, 0.6500", "3.2500, 1.1500", "5.2750, 0.7500", "6.3250, 1.2500", "5.2750, 0.7500"]
+
+
+@pytest.mark.small
+def test_a_player_lands_on_each_platform_and_takes_all_coins():
+    sim, told = runpy.run_path(str(ROOT / "docs/examples/platformer.py"))["play"](400)
+    assert [line.partition(" at ")[2] for line in told if "stands" in line] == LANDED
+    assert sum("coin" in line for line in told) == 3
+    again = kt.Simulation(sim.recorded(), "sap-1d")
+    again.run()
+    assert again.fingerprint == sim.fingerprint

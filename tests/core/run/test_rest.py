@@ -2,6 +2,7 @@
 
 import copy
 import math
+import random
 from typing import Any
 
 import numpy as np
@@ -381,3 +382,31 @@ def test_settle_is_a_speed(settle):
 def test_settle_is_refused_where_nothing_can_settle(changes, lacks):
     with pytest.raises(Refused, match=f"the scene has no {lacks}"):
         kt.Simulation(scene([[1.0, 1.0]], [[0.0, 0.5]], **changes))
+
+
+def tiled(seed: int) -> kt.Scene:
+    """A floor of tiles that lie flush, in hundredths, and a disc, a box and a capsule thrown along it."""
+    rng, tiles, x, height = random.Random(seed), [], 0.0, random.Random(seed).randint(5, 60) / 100
+    while x < 8.0:
+        width = min(rng.randint(20, 120) / 100, round(8.0 - x, 2))
+        tiles.append(kt.Obstacle(kt.box(width, height), (x + width / 2, height / 2)))
+        x = round(x + width, 2)
+    forms = [kt.disc(rng.randint(5, 15) / 100), kt.box(0.3, rng.randint(10, 30) / 100)]
+    forms.append(kt.capsule((-0.1, 0.0), (0.1, 0.0), 0.07))
+    places = [(round(0.5 + 0.8 * k, 2), height + rng.randint(25, 60) / 100) for k in range(3)]
+    land = kt.Response("restitution", e=0.5, contact_time=1e-6, settle=rng.choice([0.01, 0.05]))
+    frame = {
+        "arena": (8.0, 4.0),
+        "gravity": (0.0, -1.0),
+        "responses": {("*", "*"): land, ("*", "wall"): land},
+    }
+    flies = [(rng.choice([0.5, 0.77, 1.3]), 0.0)] * 3
+    return kt.with_obstacles(kt.Scene(places, flies, shapes=forms, shape=[0, 1, 2], **frame), tiles)
+
+
+@pytest.mark.parametrize("seed", lanes.first(2, range(60)))
+def test_what_slides_over_tiles_that_lie_flush_meets_no_inner_edge(seed):
+    sim = kt.Simulation(tiled(seed), "cells" if seed % 2 else "naive")
+    sim.run(until=4.0)
+    assert all(sim.supports()[:3])
+    assert (abs(sim.velocities()[:3] - sim.scene.velocity[:3]) < 1e-12).all()
