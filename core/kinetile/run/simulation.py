@@ -238,8 +238,8 @@ class Simulation(Moment):
             stop_at: contacts to stop at, at their exact time (``StopAt``).
             on_contact: a function that is called with each contact (``Event``) right after it, in order; or
                 functions by kinds: ``{"ball": f, ("bullet", "wall"): g}``. It may give commands, which happen
-                at that very time (a removal ends passings, and it is called with these "part" events of a body
-                that has gone); if it returns True the run stops there. An error ends the run at that contact.
+                at that very time (a removal ends passings: it is called with a "part" of the body that has
+                gone); if it returns True the run stops there. An error ends the run at that contact.
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
                 ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
 
