@@ -280,7 +280,7 @@ def test_compiled_loops_give_it_too():
         agree(drawn(seed), "cells", "naive", until=10.0)
 
 
-@pytest.mark.parametrize("what", [RESTING, groove(), drawn(9)])
+@pytest.mark.parametrize("what", lanes.first(2, [RESTING, groove(), drawn(9)]))
 def test_a_run_that_is_saved_goes_on_to_the_same_bits(tmp_path, what):
     whole = run(what, 12.0)
     half = kt.Simulation(what, "naive")
