@@ -160,7 +160,7 @@ def _moves(box: tuple[Coordinate, ...]) -> bool:
 
 def look_at(sim: Simulation) -> None:
     """Reads what a user reads between two runs."""
-    sim.next_event, sim.readings
+    _ = sim.next_event, sim.readings
     if len(sim.bodies) <= MOST_DRAWN:
         sim.candidate_pairs(), sim.near(), sim.drawing()
 
