@@ -62,7 +62,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Hook|Kind|EventKind|Source|Spec|StudyStopped"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(BentPlan|Command|Composition|Engine|Entries|F|Held|History)"),
-    ("py:.*", r"kinetile\.(run|kernel)\..*\.(RunState|SavedPhases)"),
+    ("py:.*", r"kinetile\.(run|kernel)\..*\.(Kept|RunState|SavedPhases)"),
     ("py:.*", "Numbers"),
     ("py:.*", r"kinetile\.(errors\._\w+|show\.picture\.Look)"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Observation|Spec|Strategy)"),

@@ -143,12 +143,15 @@ class Page:
 
 
 def script() -> str:
-    """Returns the script, modules as one, without comments: no text has two slashes between blanks."""
+    """Returns the script, modules as one, without comments and with half of its indentation: no text has two
+    slashes between blanks, and no line of a text is indented."""
     lines = []
     for name in MODULES:
         for line in filter(None, _asset(f"script/{name}.mjs").splitlines()):
-            if not (line.startswith("import ") or line.lstrip().startswith(("//", "/**", "* ", "*/"))):
-                lines.append(line.partition(" // ")[0].removeprefix("export "))
+            code = line.lstrip()
+            if not code.startswith(("import ", "//", "/**", "* ", "*/")):
+                indent = " " * ((len(line) - len(code)) // 2)
+                lines.append(indent + code.partition(" // ")[0].removeprefix("export "))
     return "\n".join(lines)
 
 
