@@ -271,6 +271,13 @@ def rows_of(sim: kt.Simulation) -> Rows:
     return [tuple(row) for row in sim.contacts[["epoch", "tick", "a", "b"]].tolist()]
 
 
+def moments_of(met: kt.Simulation | list[kt.Event]) -> list[tuple[int, int, set[int]]]:
+    """Returns the tick and the bodies of each contact of a run, or of events that have been returned."""
+    if isinstance(met, list):
+        return [(each.epoch, each.tick, {*each.bodies}) for each in met]
+    return [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows_of(met)]
+
+
 def outcome(sim: kt.Simulation) -> tuple[Any, ...]:
     """Returns what must be the same, bit for bit, however a game was played."""
     return rows_of(sim), sim.bodies.tolist(), sim.positions().tobytes(), sim.velocities().tobytes()

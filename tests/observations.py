@@ -18,7 +18,7 @@ import numpy as np
 
 import kinetile as kt
 from by_the_rules import answer
-from capabilities import BY_NAME, LASTS, Game, differs, rows_of
+from capabilities import BY_NAME, LASTS, Game, differs, moments_of, rows_of
 from judged_games import game_tables, second_list
 from kinetile.errors import KinetileError, Refused
 from kinetile.kernel.clock import TICKS, Clock
@@ -84,8 +84,7 @@ def step_by_step(game: Game, folder: Path) -> None:
     sim = kt.Simulation(scene, "cells", live=game.draft.by_hand)
     found = [event for event in sim.steps(LASTS) if event.kind in ("wall", "disc", "pass", "part")]
     assert rows_of(sim) == rows_of(truth(game.names))
-    there = [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows_of(sim)]
-    assert [(event.epoch, event.tick, {*event.bodies}) for event in found] == there
+    assert moments_of(found) == moments_of(sim)
 
 
 def stop_at(game: Game, folder: Path) -> None:
@@ -101,8 +100,7 @@ def stop_at(game: Game, folder: Path) -> None:
         same(game, game.play(sim))
     sim, told = game.simulation("cells"), list[kt.Event]()
     same(game, game.play(sim, on_contact=told.append))
-    there = [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows_of(sim)]
-    assert [(each.epoch, each.tick, {*each.bodies}) for each in told] == there
+    assert moments_of(told) == moments_of(sim)
 
 
 def snapshot(game: Game, folder: Path) -> None:

@@ -1,7 +1,7 @@
 """The first picture of README: two panes on one clock, ``python bullet.py bullet.svg`` in this folder.
 
 Both play ``docs/scenes/bullet.toml``. On the left all bodies move by a sixtieth of a second, then pairs
-of discs that overlap bounce: nobody looks between two frames. On the right are the contacts of kinetile;
+of discs that overlap bounce: nothing is computed between two. On the right are the contacts of kinetile;
 a body has one value at each of its own events, and the browser interpolates between them. Readers whose
 system asks for less motion see the end.
 """

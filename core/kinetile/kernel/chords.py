@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from kinetile.kernel.compiled import hook, is_checked, unchecked, with_numpy, with_shadows
-from kinetile.kernel.flight import note_place, note_pull, plans_now, position_at
+from kinetile.kernel.flight import note_place, note_pull, plans_now, position_at, whole_pulls
 from kinetile.kernel.images import near_zero
 from kinetile.kernel.plan import MOST_SPAN, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel
@@ -88,10 +88,8 @@ def lay_all(k: Kernel, skin: float, margin: float) -> None:
         shadows[name] = bodies[name]
     shadows["reach"] = bodies["radius"] + skin
     pull = abs(bodies["ax"]) + abs(bodies["ay"])
-    whole = pull
-    if "whole_x" in (bodies.dtype.names or ()):  # what is held has no chord, and its span for later
-        whole = abs(bodies["whole_x"]) + abs(bodies["whole_y"])
-    bent = np.flatnonzero(whole)
+    whole = abs(whole_pulls(k, np.arange(len(bodies)))).sum(axis=1)
+    bent = np.flatnonzero(whole)  # what is held has no chord, and its span for later
     ticks = np.sqrt(2.0 * margin / whole[bent]) * float(clock.per_time) * (1.0 - 2.0**-20)
     bodies["span"][bent] = np.minimum(ticks, float(MOST_SPAN)).astype(np.int64)
     bodies["end"] = NEVER

@@ -11,6 +11,7 @@ is lost at every contact of the same two bodies, and energy would drift in propo
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -129,6 +130,15 @@ def plans_now(
 def positions_now(k: Kernel, slots: npt.NDArray[np.int64] | None = None) -> npt.NDArray[np.float64]:
     """Return (n, 2) positions now, of all bodies or of those in the slots given; not for hooks."""
     return positions_after(*plans_now(k, slots))
+
+
+def whole_pulls(k: Kernel, slots: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Return (n, 2) accelerations of bodies in slots, as if nothing held them; not for hooks."""
+    bodies = k.bodies.view(np.ndarray).take(slots)
+    for names in (("whole_x", "whole_y"), ("ax", "ay")):
+        if names[0] in (bodies.dtype.names or ()):
+            return np.stack([bodies[name] for name in names], axis=-1)
+    return np.zeros((len(bodies), 2))
 
 
 @hook

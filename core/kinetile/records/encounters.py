@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.trajectory import Trajectory
+from kinetile.run.flights import Flights
 
 ENCOUNTER = np.dtype(
     [(name, "i8") for name in ("a", "b", "mx", "my")]
@@ -51,12 +52,9 @@ class _Places:
 
     def __init__(self, trajectory: Trajectory) -> None:
         self.trajectory, self.periods = trajectory, np.array(trajectory.scene.periods)
-        rows = trajectory.rows
-        new = rows[~np.isnan(rows["ax"])]
-        body = np.concatenate([new["a"], new["b"]])
-        time = np.concatenate([new["time"], new["time"]])
-        order = np.lexsort((time, body))
-        self._body, self._time = body[order], time[order]
+        flights = Flights.of(trajectory.rows)
+        self._body = flights.body[flights.by_body]
+        self._time = trajectory.rows["time"][flights.row[flights.by_body]]
 
     def changes(self, body: int, begin: float, end: float) -> list[float]:
         """Returns the times of a body's new plans between two times."""

@@ -39,7 +39,7 @@ class Calls:
 
 
 def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:
-    """Returns the functions of ``on_contact``. TypeError for what is none, ValueError for unknown kinds."""
+    """Returns the functions of ``on_contact``. TypeError for anything else, ValueError for unknown kinds."""
     if given is None:
         return None
     if callable(given):

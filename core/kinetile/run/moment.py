@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
-from kinetile.kernel.flight import plans_now, positions_now
+from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
 from kinetile.kernel.plan import BentPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
 from kinetile.run.engine.engine import Engine
@@ -85,10 +85,7 @@ class Moment:
 
     def whole_accelerations(self) -> npt.NDArray[np.float64]:
         """Returns the same as if no body were held."""
-        if not self.scene.resting:
-            return self.accelerations()
-        bodies = self._engine.k.bodies.view(np.ndarray)[self._engine.taken]
-        return np.stack([bodies["whole_x"], bodies["whole_y"]], axis=-1)
+        return whole_pulls(self._engine.k, self._engine.taken)
 
     def supports(self) -> list[tuple[int, ...]]:
         """Returns what holds each body, in the order of ``bodies``: up to two numbers of bodies, or of walls

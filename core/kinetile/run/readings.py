@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.flight import plans_now, positions_now
-from kinetile.kernel.plan import BentPlan
+from kinetile.kernel.flight import positions_now, whole_pulls
 from kinetile.kernel.tables import COUNTS, Kernel
 from kinetile.run.engine.bounds import squares_of_bodies
 from kinetile.run.engine.engine import Engine
@@ -119,11 +118,8 @@ def energy(k: Kernel) -> float:
     heights, 0 in the corner (0, 0)."""
     found = 0.5 * squares_of_bodies(k)
     there = np.flatnonzero((k.queue.number >= 0) & np.isfinite(k.mass))
-    plans = plans_now(k, there)[0]
-    if isinstance(plans, BentPlan):
-        x, y = positions_now(k, there).T
-        ax, ay = plans.ax, plans.ay
-        if "whole_x" in k.bodies.dtype.names:
-            ax, ay = k.bodies.whole_x[there], k.bodies.whole_y[there]
-        found -= math.fsum((k.mass[there] * (x * ax + y * ay)).tolist())
+    pulls = whole_pulls(k, there)
+    if pulls.any():
+        heights = (positions_now(k, there) * pulls).sum(axis=1)
+        found -= math.fsum((k.mass[there] * heights).tolist())
     return found

@@ -59,7 +59,7 @@ class Answers:
         return bool(self.response(a, b).name == "pass")
 
     def settle(self, a: int, b: int) -> float:
-        """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0: there is none."""
+        """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0 without one."""
         return float((self._bent and self.response(a, b).options.get("settle")) or 0.0)
 
     def touch(self, bodies: tuple[int, ...], now: int) -> None:

@@ -189,7 +189,7 @@ class LogCertifier:
         return WrongLine(len(self._rows), None, _line_of(due), why)
 
     def _carried_out(self, course: Course, line: CourseEvent) -> list[CourseEvent]:
-        """Carries an event out; returns the rows that follow it in a whole log: whom something holds now, or
+        """Carries an event out; returns the rows that follow it in a whole log: of what is held now, or
         no longer."""
         before = [plan.pull for plan in course.plans]
         course.carry_out()

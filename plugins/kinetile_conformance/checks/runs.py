@@ -166,7 +166,7 @@ def look_at(sim: Simulation) -> None:
 
 
 def put_back(sim: Simulation) -> None:
-    """Puts a simulation back to where it is, with a structure that is built anew."""
+    """Puts a simulation back to where it is, with its structure built again."""
     there = sim.snapshot()
     sim.restore(replace(there, whole=there.state))
     _audit(sim)

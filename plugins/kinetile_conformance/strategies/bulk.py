@@ -105,7 +105,7 @@ def falling_round(number: int) -> Scene:
 
 
 ROUND = 5
-"""Of so many falling scenes and one more, one is on a torus."""
+"""Falling scenes on walls for each one on a torus."""
 
 
 def _falling(count: int, seed: int) -> Iterator[Scene]:

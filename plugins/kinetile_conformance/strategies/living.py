@@ -34,7 +34,7 @@ STEPS, MANY_STEPS = 50, 200
 """Rules for most scenes, and for every fourth batch."""
 
 BATCH, RARE = 10, 5
-"""Starts of scenes that are drawn in one go; of so many scenes one is rare."""
+"""Starts of scenes that are drawn in one go; one scene in this number is rare."""
 
 BURSTS = (8, 12) if INTERPRETED else (64, 200)
 """Bodies of a burst."""

@@ -45,8 +45,8 @@ def random_discs(
     Args:
         bodies: the number of discs
         density: the part of the square that the discs cover, above 0
-        radius_ratio: the largest radius is up to so many times the smallest, 1 or more
-        mass_ratio: the heaviest mass is up to so many times the lightest, which is 1; 1 or more
+        radius_ratio: bound of the largest radius over the smallest, 1 or more
+        mass_ratio: bound of the heaviest mass over the lightest, which is 1; 1 or more
         speed: of each disc, in sides of the square per unit of time
         seed: of all that is drawn, a whole number from 0
         temperature: instead of speed, the mean kinetic energy of a disc; the total momentum is then 0

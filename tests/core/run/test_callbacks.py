@@ -6,6 +6,7 @@ from contextlib import suppress
 import pytest
 
 import kinetile as kt
+from capabilities import moments_of
 from kinetile_accuracy import certify_log
 from lanes import BUILT_IN, first
 
@@ -22,12 +23,6 @@ def scene(seed=0):
     return kt.Scene(places, flies, 0.25, arena=(4.0, 4.0), responses=RULES, **KINDS)
 
 
-def moments(sim):
-    """Every contact as (epoch, tick, its bodies)."""
-    rows = sim.contacts[["epoch", "tick", "a", "b"]].tolist()
-    return [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows]
-
-
 @pytest.mark.parametrize("phase", first(2, BUILT_IN))
 def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
     told, rows = [], []
@@ -36,7 +31,7 @@ def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
     sim.run(
         until=1.0, on_contact=told.append, recorder=lambda some: rows.append(len(some)), observe=["pressure"]
     )
-    assert [(each.epoch, each.tick, {*each.bodies}) for each in told] == moments(sim) == moments(plain)
+    assert moments_of(told) == moments_of(sim) == moments_of(plain)
     assert sim.time == 1.0
     assert sum(rows) == len(told)
     assert sim.observed == plain.observed
@@ -51,7 +46,7 @@ def test_kinds_choose_what_is_called():
     }
     sim = kt.Simulation(scene(), "cells")
     sim.run(until=30.0, on_contact=of)
-    met = [({*sim.kinds_of(list(bodies)).tolist()}, bodies) for _, _, bodies in moments(sim)]
+    met = [({*sim.kinds_of(list(bodies)).tolist()}, bodies) for _, _, bodies in moments_of(sim)]
     assert len(told["ball"]) == sum("ball" in kinds for kinds, _ in met) > 5
     assert len(told["two"]) == sum(kinds == {"ball", "peg"} for kinds, _ in met) > 0
     assert len(told["wall"]) == sum(kinds == {"bullet"} for kinds, _ in met) > 0

@@ -255,6 +255,15 @@ def take_slot(k: Kernel, number: int) -> int:
     return int(body)
 
 
+@hook
+def reach_as(row: Records, form: Records) -> None:
+    """Write into a row how far a shape reaches to each side."""
+    row.left = form.left
+    row.right = form.right
+    row.down = form.down
+    row.up = form.up
+
+
 @template
 def insert_body(k: Kernel, command: Records) -> int:
     """Insert a body; return its slot. Its entry awaits nothing yet."""
@@ -284,19 +293,12 @@ def insert_body(k: Kernel, command: Records) -> int:
     k.mass[body] = command.mass
     if SHAPED:
         form = k.forms[command.form]
-        side = k.sides[body]
         new.form = command.form
-        new.left = side.left = form.left
-        new.right = side.right = form.right
-        new.down = side.down = form.down
-        new.up = side.up = form.up
+        reach_as(new, form)
+        reach_as(k.sides[body], form)
         if BENT:
-            shadow = k.shadows[body]
-            shadow.form = command.form
-            shadow.left = form.left
-            shadow.right = form.right
-            shadow.down = form.down
-            shadow.up = form.up
+            k.shadows[body].form = command.form
+            reach_as(k.shadows[body], form)
     entry = k.queue[body]
     entry.key = NEVER
     entry.own = NEVER
