@@ -3,7 +3,7 @@
 ``[its code](../plugins/kinetile_plugins/cells)`` is right wherever the files lie beside each other. For the
 site, such a link leads to a page that shows the file, or lists the files of a folder, each with its own page,
 under ``source/``. The first page of the site is README, with the lists of ``index.md`` behind it and the
-players of ``index.md`` in it: the one in which a disc is thrown above the installation, the other before the
+players of ``index.md`` in it: the one in which a disc is thrown below the program, the other before the
 second section.
 """
 
@@ -28,8 +28,8 @@ README = "index"
 PLAYER = re.compile(r"## .*\n\n(```\{live\}(?:.|\n)*?\n```\n)\n")
 """A section of the index with a player."""
 
-INSTALL = "\n\nInstall it "
-"""The beginning of the paragraph before which the first player stands."""
+PICTURED = "\n\nThe bullet "
+"""The beginning of the paragraph before which the first player stands: below the program."""
 
 LINK = re.compile(r"(\]\(|src=\")(?!\w+:|#)([^)\s#\"]+)")
 """Where a link or a picture of the repository begins, and its path."""
@@ -56,7 +56,7 @@ def turn(app: Sphinx, docname: str, source: list[str]) -> None:
 def first_page(app: Sphinx, readme: str, index: str) -> str:
     """Return README and the lists of the index as one page."""
     lists = index[index.index("\n## ") :]
-    for player, before in zip(PLAYER.finditer(index), (INSTALL, "\n## "), strict=True):
+    for player, before in zip(PLAYER.finditer(index), (PICTURED, "\n## "), strict=True):
         lists = lists.replace(player[0], "")
         readme = readme.replace(before, f"\n\n{player[1]}{before}", 1)
     return turned_links(app, readme, root(app), README) + turned_links(app, lists, Path(app.srcdir), README)
