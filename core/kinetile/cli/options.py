@@ -100,9 +100,7 @@ class CommandGroup(TyperGroup):
         if command is not None:
             command.rich_markup_mode = MARKUP
             for each in command.params:
-                if isinstance(
-                    each, TyperArgument
-                ):  # Typer has no option to leave its type out
+                if isinstance(each, TyperArgument):  # Typer has no option to leave its type out
                     each.display_type_rich = _no_type  # type: ignore[method-assign]
         return command
 
