@@ -237,6 +237,7 @@ open(sys.argv[1], "w").write(str(pid))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="there is no /proc to see processes in")
 @pytest.mark.parametrize("then", first(1, ["time.sleep(600)", "sys.stdin.readline()", ""]))
@@ -411,6 +412,7 @@ in_both = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @in_both
 @pytest.mark.parametrize(
@@ -441,6 +443,7 @@ FAULTS_IN_DOUBLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @pytest.mark.parametrize(("language", "fault", "asked"), first(1, FAULTS_IN_DOUBLES))
 def test_a_fault_in_floating_point_is_found(language, fault, asked, tmp_path):
@@ -452,6 +455,7 @@ def test_a_fault_in_floating_point_is_found(language, fault, asked, tmp_path):
     assert result.bodies <= 4
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @pytest.mark.parametrize("within", first(1, [1e-9, 1e-6]))
 def test_the_comparison_ends_before_a_run_in_doubles_parts_from_the_exact_one(within):

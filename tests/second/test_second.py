@@ -44,7 +44,7 @@ HALF_BACK = {
 
 
 @pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
-@pytest.mark.parametrize("one_in", first(1, [10, 1]))
+@pytest.mark.parametrize("one_in", first(1, [30, 1]))
 def test_the_vectors_hold(one_in: int, tmp_path: Path) -> None:
     folder = shutil.copytree(VECTORS, tmp_path / "vectors")
     for file in folder.rglob("*.json"):
@@ -155,7 +155,7 @@ def test_it_plays_a_game_of_shapes_as_kinetile_does(seed: int, tmp_path: Path) -
 
 @pytest.mark.small
 @pytest.mark.parametrize(
-    ("seed", "most"), first(4, [*((seed, 20) for seed in (1, 3, 4, 8)), *((seed, FEW) for seed in range(40))])
+    ("seed", "most"), first(1, [*((seed, 20) for seed in (1, 3, 4, 8)), *((seed, FEW) for seed in range(40))])
 )
 def test_a_bent_game_of_shapes_is_one_in_both_and_by_the_rules(seed: int, most: int, tmp_path: Path) -> None:
     game = games.draw_bent_game_of_shapes(seed)

@@ -560,7 +560,7 @@ def copy_carried(source: Records, target: Records, places: npt.NDArray[np.int32]
     source, target = source.view(np.ndarray), target.view(np.ndarray)
     for name, _, quantity, _ in _in_both(source.dtype, target.dtype) if len(source) and len(target) else ():
         values, slots = column(source, name), quantity in (SLOT, PARTNER)
-        column(target, name)[...] = places.take(values, mode="wrap") if slots else values
+        column(target, name)[...] = places[values % len(places)] if slots else values
 
 
 @cache

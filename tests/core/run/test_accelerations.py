@@ -66,6 +66,7 @@ def test_what_stops_at_a_wall_to_which_it_is_pulled_ends_the_run_until_a_command
 
 BOX = kt.box(2.0, 1.0)
 TRIANGLE = kt.polygon([(-0.5, -0.5), (0.5, -0.5), (0.0, 0.5)])
+SHAPES = kt.disc(0.5), kt.box(1.0, 0.5), TRIANGLE
 CAPSULE = kt.capsule((-0.5, 0.0), (0.5, 0.0), 0.5)
 FALLING = {"disc": kt.disc(0.5), "box": kt.box(1.0, 1.0), "triangle": TRIANGLE, "capsule": CAPSULE}
 
@@ -245,7 +246,8 @@ def drawn(seed: int, bodies: int = 12, **more) -> kt.Scene:
 LOSSY = {("*", each): kt.Response("restitution", e=0.5, contact_time=2.0**-5) for each in ("*", "wall")}
 
 
-@pytest.mark.parametrize("seed", lanes.first(1, range(20)))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
 def test_what_loses_speed_at_walls_and_bodies_has_one_list_and_it_is_that_of_the_rules(seed):
     scene = drawn(seed, responses=LOSSY, settings=kt.Settings(until=4.0))
     sim = assert_one_answer(scene)
@@ -291,8 +293,9 @@ def test_accelerations_by_hand_are_recorded_and_saved():
     assert sim.readings.energy_drift < 1e-13
 
 
-@pytest.mark.parametrize("periodic", ["", "x"])
-@pytest.mark.parametrize("outlines", [(), (kt.disc(0.5), kt.box(1.0, 0.5), TRIANGLE)])
+@pytest.mark.parametrize(
+    ("periodic", "outlines"), lanes.first(2, [("", SHAPES), ("x", ()), ("", ()), ("x", SHAPES)])
+)
 def test_what_is_cast_meets_as_what_is_inserted(outlines, periodic):
     """It falls as all do that have no acceleration of their own."""
     rng, hits = np.random.default_rng(3), 0

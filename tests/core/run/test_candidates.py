@@ -64,7 +64,8 @@ def test_what_new_plugin_writes_draws_a_box_around_each_body(tmp_path, monkeypat
     assert [box.role for box in boxes] == ["bound"] * 3
     for box, place in zip(boxes, SCENE.position, strict=True):
         for half in (place - box.low, box.high - place):
-            assert np.all(leash < half) and np.all(half < leash + 1e-9)  # there is room beside a chord
+            assert np.all(leash < half)  # there is room beside a chord
+            assert np.all(half < leash + 1e-9)
 
 
 test_message = table(globals())

@@ -75,7 +75,7 @@ def test_a_ball_bounces_at_times_of_the_formula():
     assert sim.readings.energy_drift == 0.0
 
 
-@pytest.mark.parametrize("seed", lanes.first(2, range(200)))
+@pytest.mark.parametrize("seed", lanes.first(1, range(200)))
 def test_all_phases_give_one_answer(seed):
     scene = falling(seed)
     sim = assert_one_answer(scene, until=3.0, ends="NoRoom" if seed in NO_ROOM else "ran")

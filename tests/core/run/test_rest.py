@@ -266,7 +266,7 @@ def drawn(seed: int) -> kt.Scene:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", lanes.first(2, range(50)))
+@pytest.mark.parametrize("seed", lanes.first(1, range(50)))
 def test_all_phases_give_one_answer(seed):
     sims = agree(drawn(seed), *PHASES, until=10.0)
     assert any(sims[0].supports())
@@ -404,7 +404,7 @@ def tiled(seed: int) -> kt.Scene:
     return kt.with_obstacles(kt.Scene(places, flies, shapes=forms, shape=[0, 1, 2], **frame), tiles)
 
 
-@pytest.mark.parametrize("seed", lanes.first(2, range(60)))
+@pytest.mark.parametrize("seed", lanes.first(1, range(60)))
 def test_what_slides_over_tiles_that_lie_flush_meets_no_inner_edge(seed):
     sim = kt.Simulation(tiled(seed), "cells" if seed % 2 else "naive")
     sim.run(until=4.0)

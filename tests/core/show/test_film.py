@@ -134,6 +134,7 @@ def test_the_command_writes_a_film(tmp_path):
     assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")
 
 
+@pytest.mark.slow
 def test_a_film_says_in_each_frame_that_pairs_are_left_out():
     cases = (256, None, False, True), (16, None, True, False), (16, False, False, False)
     for bodies, pairs, drawn, said in cases:

@@ -121,6 +121,7 @@ FEW = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.small
 def test_the_report_named_a_phase_that_had_not_run(monkeypatch, tmp_path):
     """Every statement of the page is made from the run that it describes."""

@@ -112,6 +112,7 @@ def test_a_claim_that_does_not_hold_is_found_out(name, check, words):
     assert words in result.said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "words"),
     [

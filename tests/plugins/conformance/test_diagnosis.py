@@ -104,6 +104,7 @@ def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
     assert (check, ends) == (row.get("check", ""), often(row.get("often", "")))
 
 
+@pytest.mark.small
 def test_what_every_check_would_meet_is_told_once(monkeypatch):
     text = "PhaseError: a hook of grid, disc, wall raised NameError: name 'fals' is not defined"
     failed = Result("same-contacts", "It gives.", "failed", 1, 0.0, said=text)

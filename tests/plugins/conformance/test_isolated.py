@@ -209,6 +209,7 @@ class ExitsWithTwo:
 _exits_with_two = fixture(kt.BroadPhaseSpec("exits-with-two", ExitsWithTwo), autouse=False)
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @pytest.mark.usefixtures("_exits_with_two")
 def test_a_death_outside_of_checks_is_an_error_that_says_what_was_done() -> None:

@@ -15,6 +15,7 @@ from kinetile_conformance.strategies.living import STARTS, played
 from kinetile_conformance.strategies.swarms import scaled
 
 
+@pytest.mark.slow
 @pytest.mark.small
 @pytest.mark.parametrize(
     "kind", [each if each == "living" else pytest.param(each, marks=pytest.mark.slow) for each in STARTS]
@@ -41,6 +42,7 @@ def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_c
     assert len(sims[3].tables.bodies) > 2
 
 
+@pytest.mark.slow
 @pytest.mark.small
 def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_long_scene():
     scene = next(each for each in played("living") if len(each.commands) > 2 * BUILT)
@@ -51,6 +53,7 @@ def test_a_phase_that_is_built_anew_for_each_command_sees_the_beginning_of_a_lon
     assert beginning.settings.until >= beginning.commands[-1].time
 
 
+@pytest.mark.small
 def test_living_scenes_are_played_once_for_all_checks():
     drawing = Drawing(10, 0)
     first = list(drawing.scenes(check_named("same-contacts-as-bodies-come-and-go")))

@@ -79,6 +79,7 @@ PHASES = (
 _registered = fixture(*PHASES, hostile_phases)
 
 
+@pytest.mark.slow
 def test_out_of_time_is_not_judged() -> None:
     runner = Runner(Plan(Subject("slow", {}), examples=40, seconds=0.25))
     list(runner._drawing.scenes(check_named("its-structure-is-true")))  # drawing takes time, too
@@ -89,6 +90,7 @@ def test_out_of_time_is_not_judged() -> None:
     assert result.reason == "0.25 CPU s were not enough; no fault in the scenes seen until then"
 
 
+@pytest.mark.slow
 def test_drawing_takes_nothing_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = list(Drawing(2, seed=0).scenes(check_named("same-contacts")))
 
@@ -111,6 +113,7 @@ def test_drawing_is_not_of_the_scene_before(monkeypatch: pytest.MonkeyPatch) -> 
     assert limits[:3] == [math.inf, 0.0, 20.0]
 
 
+@pytest.mark.slow
 def test_a_report_that_is_not_judged_is_neither_right_nor_wrong() -> None:
     checks = ["its-structure-is-true", "its-features-are-known"]
     report = check_broad_phase("slow", in_process=True, checks=checks, seconds=0.25)
@@ -124,6 +127,7 @@ def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     assert deadline.spent() < before - 900.0
 
 
+@pytest.mark.slow
 def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
     result = Runner(Plan(Subject("moody", {}), examples=10, shrink=False)).run("same-contacts")
     assert result.status == "failed"
@@ -199,6 +203,7 @@ def failing(save_to: Path) -> Result:
     return result
 
 
+@pytest.mark.slow
 def test_a_scene_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) -> None:
     (tmp_path / "a-file").touch()
     result = failing(tmp_path / "a-file")
@@ -228,6 +233,7 @@ def test_a_phase_that_refused_a_skin_on_the_way_was_condemned(check):
     assert "the skin around bodies is thin" in run.refusal
 
 
+@pytest.mark.slow
 def test_turns_that_are_scheduled_are_known_to_the_skin() -> None:
     """By hand they are not: that is no fault of a phase."""
     scene = kt.Scene(

@@ -71,6 +71,7 @@ def drawn(squares: bool) -> list[kt.Scene]:
     return [scene for seed in range(1 if squares else 2) for scene in draw(60, seed)]
 
 
+@pytest.mark.slow
 def test_what_is_drawn():
     """Walls that touch, gratings, sizes a thousand apart, turns; and one form of loop where it should be."""
     scenes = drawn(False)

@@ -127,6 +127,7 @@ def test_it_goes_on_in_the_same_simulation_and_from_a_snapshot():
         assert (sim.fingerprint, repr(sim.observed.rows())) == expected
 
 
+@pytest.mark.slow
 def test_an_interval_by_contacts_is_found_by_a_run_that_goes_on():
     observe = ["pressure", "msd:lags=3,every=0.1", "g:bins=5"]
     one, parts = (kt.Simulation(discs(), "naive") for _ in range(2))
@@ -205,6 +206,7 @@ def test_a_foreign_observable_goes_on_if_it_says_what_it_keeps(tmp_path):
         assert "expected no checkpoint, or other observables" in refusal
 
 
+@pytest.mark.slow
 def test_the_command_resumes_what_it_observed(tmp_path):
     file, listed = tmp_path / "run.kt", "pressure,msd:every=0.02,lags=3,g:bins=5"
     run = "grid -s bodies=9 --broad-phase naive --until 2"

@@ -85,8 +85,8 @@ if INTERPRETED:
         return numbers
 
     def zeros(count: int) -> Any:
-        """Returns an array of 64-bit integers, all zero."""
-        return np.zeros(count, dtype=np.int64)
+        """Returns whole numbers, all zero: a list, which is read and written faster than an array."""
+        return [0] * count
 
     def numbers_from(tables: Any, first: int) -> Any:
         """Returns the tables with numbers that begin at one of them."""

@@ -105,6 +105,8 @@ def product_error(a: float, b: float, product: float) -> float:
     a, b, product = float(a), float(b), float(product)
     if not math.isfinite(product):
         return math.nan
+    if a == 0.0 or b == 0.0:
+        return 0.0
     if max(abs(a), abs(b)) < 2.0**900 and abs(product) > 2.0**-900:  # no part of what follows is rounded
         (a, a_low), (b, b_low) = _halves(a), _halves(b)
         rest = ((product - a * b) - a_low * b) - a * b_low

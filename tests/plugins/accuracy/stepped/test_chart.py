@@ -150,6 +150,7 @@ def test_claims_hold_or_not_as_the_rows_say(
     assert found[-1].measured == measured
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fast", first(1, ["cells", "of-a-plugin"]))
 def test_the_chart_took_sweep_tiling_for_the_fastest_whatever_was(
     fast: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -65,6 +65,7 @@ def listed(run: SteppedRun) -> list[tuple[int, int, int]]:
     return [(int(row["step"]), int(row["a"]), int(row["b"])) for row in run.contacts]
 
 
+@pytest.mark.slow
 def test_the_sorted_sweep_finds_the_pairs_that_all_pairs_find() -> None:
     scene = mixed()
     run = run_snapshots(scene, 0.01, 1.0)
