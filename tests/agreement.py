@@ -47,13 +47,13 @@ def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
 
 
 def compared(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
-    """Return the same, but in the default lane only those of ``ALIKE``, along x, where loops are compiled:
+    """Return the same, but in the default lane only those of ``COMPILED``, along x, where loops are compiled:
     plain hooks run under all there, and a loop costs as much as a hundred tests."""
     all_of_them = INTERPRETED or lanes.slow_ones
     return tuple(
         (phase, options)
         for phase, options in choices(scene)
-        if all_of_them or (phase in lanes.ALIKE and options.get("axis") != "y")
+        if all_of_them or (phase in lanes.COMPILED and options.get("axis") != "y")
     )
 
 

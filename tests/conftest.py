@@ -128,7 +128,7 @@ def _compiled_apart(here, njit):
         def known(signature):
             if _shares_loops and function.__name__ == "advance" and not is_shared(function):
                 pytest.fail(
-                    f"this test compiles {function.__qualname__}, and tests share eleven loops: mark it "
+                    f"this test compiles {function.__qualname__}, and tests share nine loops: mark it "
                     "small, slow or own_loop (CONTRIBUTING.md)"
                 )
             cost.counts["loops"] += function.__name__ == "advance"

@@ -16,7 +16,10 @@ BUILT_IN = tuple(spec.name for spec in kinetile_plugins.kinetile_broad_phases())
 GENERAL = ("naive", "cells", "sap-1d", "sap-2d")
 """Those that take every scene of not too many bodies."""
 
-ALIKE = ("naive", "cells", "sap-1d", "sweep-tiling")
+COMPILED = ("naive", "cells", "sap-1d", "sweep-tiling")
+"""The phases whose loops the default lane compiles."""
+
+ALIKE = COMPILED[:2]
 """The phases whose loops of bodies that are alike are shared, too."""
 
 slow_ones = True
@@ -56,7 +59,7 @@ def examples(count: int) -> int:
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:
-    """Return whether a loop is one of the eleven that tests share: a built-in phase with walls and discs, or
+    """Return whether a loop is one of the nine that tests share: a built-in phase with walls and discs, or
     one of ``ALIKE`` with discs that are alike, and nothing else that a scene may have."""
     parts = loop.__globals__
     phases = ALIKE if parts.get("collide") is collide_equals else BUILT_IN

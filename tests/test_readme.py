@@ -13,7 +13,7 @@ import kinetile as kt
 from command_line import kinetile
 from kinetile.errors import Refused
 from kinetile_bench.events import DENSITIES
-from lanes import ALIKE, BUILT_IN, first
+from lanes import BUILT_IN, COMPILED, first
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -53,7 +53,7 @@ def test_the_sample_run_is_what_the_command_prints():
     assert shown["fingerprint"] == sim.fingerprint
 
 
-@pytest.mark.parametrize("phase", first(len(ALIKE), [*ALIKE, *sorted({*BUILT_IN} - {*ALIKE})]))
+@pytest.mark.parametrize("phase", first(len(COMPILED), [*COMPILED, *sorted({*BUILT_IN} - {*COMPILED})]))
 def test_the_sample_run_has_the_same_fingerprint_under_every_phase(phase):
     (fingerprint,) = re.findall(r"^fingerprint +(\w+)$", COMMANDS, flags=re.MULTILINE)
     narrow = ["disc:general=true", "wall"]  # loops that other tests have

@@ -8,7 +8,7 @@ from kinetile.errors import AuditError, MissedContactError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, PAIR, STRUCTURAL, WALL
 from kinetile_plugins.wall import WALLS
-from lanes import ALIKE, BUILT_IN, GENERAL, first
+from lanes import BUILT_IN, COMPILED, GENERAL, first
 
 
 def next_pair(sim: kt.Simulation) -> tuple[int, int]:
@@ -33,6 +33,7 @@ def drop(sim: kt.Simulation, body: int, **known: int) -> None:
     move(k, body, key)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", first(1, [*BUILT_IN]))
 def test_in_a_crowd_a_plain_run_tells_as_well(phase):
@@ -81,7 +82,7 @@ MOST, LESS = [(10.0, 10.0), (10.0, 0.0)], [(3.0, 10.0), (0.0, 10.0)]
 @pytest.mark.parametrize(
     ("radii", "speeds", "phases"),
     first(
-        1, [(3.0, 10.0, ALIKE), *((*each, GENERAL) for each in MOST), *((*each, BUILT_IN) for each in LESS)]
+        1, [(3.0, 10.0, COMPILED), *((*each, GENERAL) for each in MOST), *((*each, BUILT_IN) for each in LESS)]
     ),
 )
 def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):

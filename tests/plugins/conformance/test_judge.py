@@ -40,6 +40,7 @@ def program(name: str, answer: object) -> str:
     return shlex.join([sys.executable, name])
 
 
+@pytest.mark.slow
 def test_one_that_conforms_one_that_fails_and_one_that_refuses_stand_side_by_side(blind, tmp_path):
     programs = program("demo.py", {"refused": "it is a <demo>"}), program("wrong.py", {"contacts": []})
     result = kinetile("judge naive", blind, "--command", programs[0], "--command", programs[1], *FEW)

@@ -61,6 +61,7 @@ def test_living_scenes_are_played_once_for_all_checks():
     assert next(others) is first[0]
 
 
+@pytest.mark.small
 def test_of_hundreds_of_commands_those_that_matter_are_left():
     scene = next(each for each in played("living") if sum(isinstance(c, Insert) for c in each.commands) > 20)
     wanted = [command for command in scene.commands if isinstance(command, Insert)][9].position

@@ -131,6 +131,7 @@ def test_broad_phases_agree_under_a_response():
     assert report.results[2].reason == "for a broad phase alone: judge it without a response named"
 
 
+@pytest.mark.small
 def test_what_cannot_be_judged_is_an_error():
     with pytest.raises(UnknownName, match="no response is called 'trail'"):
         judged(kt.Response("trail"))

@@ -28,6 +28,7 @@ def test_mixtures(ratio):
 APART = [(50, 1500.0, 0.2, 1), (1000, 100.0, 0.3, 1), (1000, 200.0, 0.05, 3), (1000, 400.0, 0.3, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize(("bodies", "ratio", "density", "seed"), first(1, APART))
 def test_radii_far_apart(bodies, ratio, density, seed):
