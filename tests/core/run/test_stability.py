@@ -81,9 +81,7 @@ MOST, LESS = [(10.0, 10.0), (10.0, 0.0)], [(3.0, 10.0), (0.0, 10.0)]
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     ("radii", "speeds", "phases"),
-    first(
-        1, [(3.0, 10.0, COMPILED), *((*each, GENERAL) for each in MOST), *((*each, BUILT_IN) for each in LESS)]
-    ),
+    first(1, [(3.0, 10.0, COMPILED), *((*e, GENERAL) for e in MOST), *((*e, BUILT_IN) for e in LESS)]),
 )
 def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):
     """Radii over ten decades are beyond what sweep-tiling and power accept."""
