@@ -88,7 +88,12 @@ def draw(
     if space_time is None:
         drawn = _drawn(simulation, wanted, pairs, form, velocities)
     else:
-        drawn = _drawn_in_space_time(simulation, space_time, until)
+        from kinetile.show.space_time import space_time_svg, take_space_time
+
+        end = cli.until_or_default(this_scene, until, None)
+        if end is None or not simulation.time < end:
+            raise BadOption(f"--until is {end!r}; expected a time after that of --at, {simulation.time!r}")
+        drawn = space_time_svg(take_space_time(simulation, end, space_time))
     with file_errors(f"--out {out}"):
         write_file(out, drawn)
 
@@ -107,16 +112,6 @@ def _drawn(
     if picture.left_out:
         notice(f"kinetile: pairs are left out, of more than {MOST_PAIRED} bodies; --pairs draws them")
     return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
-
-
-def _drawn_in_space_time(simulation: Simulation, axis: str, until: float | None) -> bytes:
-    from kinetile.show.space_time import space_time_svg, take_space_time
-
-    scene = simulation.scene
-    end = cli.until_or_default(scene, until, None)
-    if end is None or not simulation.time < end:
-        raise BadOption(f"--until is {end!r}; expected a time after that of --at, {simulation.time!r}")
-    return space_time_svg(take_space_time(simulation, end, axis))
 
 
 def view(

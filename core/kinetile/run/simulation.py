@@ -13,14 +13,14 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, answering
+from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, RecordError, answering
 from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import idle
-from kinetile.kernel.tables import NOBODY, Kernel, read_only
+from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
 from kinetile.plugin.choices import called
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
@@ -40,7 +40,7 @@ from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
-from kinetile.run.saving.snapshot import Snapshot, resumed, take
+from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Accelerate, Insert, Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
@@ -725,7 +725,15 @@ class Simulation(Moment):
         """Returns the complete state of this simulation, for ``restore``. Raises RecordError where a run has
         ended with a fault, BusyError while a chunk of a run is under way."""
         with self._alone("be saved"):
-            return take(self._engine, self.scene, self._audit, self._start_energy, self._observed_state)
+            engine, of = self._engine, self._observers
+            if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
+                raise RecordError(
+                    "this simulation has ended with a fault and cannot go on, so it is not saved: what was "
+                    "saved before it can be taken up"
+                )
+            observed = self._saved_observed if of is None else of.state
+            phases = SavedPhases.of(engine.composition)
+            return Snapshot(self.scene, phases, engine.kept(), self._audit, self._start_energy, observed)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene, as ``resume``
@@ -792,9 +800,6 @@ class Simulation(Moment):
                 raise
             finally:
                 self._lock.release()
-
-    def _observed_state(self) -> Mapping[str, Any] | None:
-        return self._saved_observed if self._observers is None else self._observers.state
 
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
         """Returns the observables of a run, if any: new ones, or those with whose measurements it goes on."""

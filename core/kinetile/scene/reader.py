@@ -112,7 +112,10 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
     walls_known = not (wrong or "arena" in amiss)
     gravity = _read_gravity(given, extent, walls_known, mistakes)
-    pulls = _read_pulls(given, bodies, gravity, places.unread, mistakes)
+    pulls = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)  # (n, 2), of each body
+    if given.acceleration is not None:
+        own = read_accelerations(given.acceleration, bodies, places.unread.get("acceleration"), mistakes)
+        pulls = np.where(np.isnan(own), pulls, own + 0.0)
     if walls_known:
         mistakes += _check_pulls(bodies, pulls, commands, extent)
     pull = _largest(pulls, commands, gravity)
@@ -277,21 +280,6 @@ def _read_gravity(
         wrong = check_pull("gravity", given.gravity, extent)
     mistakes += wrong
     return (0.0, 0.0) if wrong else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
-
-
-def _read_pulls(
-    given: Given,
-    bodies: Bodies,
-    gravity: tuple[float, float],
-    unread: Mapping[str, Bools],
-    mistakes: list[Mistake],
-) -> Floats:
-    """Returns (n, 2) the acceleration of each body: its own, or that of gravity, and 0 if it is immovable."""
-    usual = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)
-    if given.acceleration is None:
-        return usual
-    own = read_accelerations(given.acceleration, bodies, unread.get("acceleration"), mistakes)
-    return np.where(np.isnan(own), usual, own + 0.0)
 
 
 def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple[float, float]:

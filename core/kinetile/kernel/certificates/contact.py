@@ -382,13 +382,6 @@ def is_whole(axis: Axis, time: float, rest: float) -> bool:
 
 
 @hook
-def are_whole(plans: Plans) -> bool:
-    """Whether (d, u) of both ``separations`` are exact."""
-    time, rest = flown_for(plans)
-    return is_whole(plans.x, time, rest) and is_whole(plans.y, time, rest)
-
-
-@hook
 def about(x: Separation, y: Separation, reach: float) -> float:
     """Return about when two discs touch, in the unit of d / u."""
     cross = x.d * y.u - y.d * x.u
@@ -427,7 +420,9 @@ def look_closer(plans: Plans, radius: float, radius2: float) -> int:
     per_time = plans.per_time
     guess = 0
     if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
-        lossless = are_whole(plans) and reach_low == 0.0 and kept(reach, reach, reach * reach)
+        time, rest = flown_for(plans)
+        lossless = is_whole(plans.x, time, rest) and is_whole(plans.y, time, rest)
+        lossless = lossless and reach_low == 0.0 and kept(reach, reach, reach * reach)
         bend, bend_error = along(x, x.u, y, y.u)
         approach = bend < -bend_error
         if not approach and lossless and kept(x.d, x.u, x.d * x.u) and kept(y.d, y.u, y.d * y.u):

@@ -195,18 +195,12 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 
 
 @template
-def place_of(k: Kernel, command: Records) -> tuple[float, float]:
-    """Return the place of an inserted body as the plan has it that is made of it."""
-    return as_anchored(k, command.x, command.y)
-
-
-@template
 def blocked_by(k: Kernel, command: Records) -> int:
     """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
     found = wall_beyond(k, command)
     if found != FREE:
         return found
-    x, y = place_of(k, command)
+    x, y = as_anchored(k, command.x, command.y)
     elapsed = since_origin(k, command.tick)
     loose = place_error(k, command.tick)
     for other in range(k.clock[0].bodies):
@@ -228,11 +222,11 @@ def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
     for i in range(len(commands)):
         command = commands[i]
         found[i] = blocked_by(k, command)
-        x, y = place_of(k, command)
+        x, y = as_anchored(k, command.x, command.y)
         for j in range(i):
             new = commands[j]
             if found[i] == FREE and found[j] == FREE:
-                new_x, new_y = place_of(k, new)
+                new_x, new_y = as_anchored(k, new.x, new.y)
                 if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
                     found[i] = FREE - 1 - j
 

@@ -678,7 +678,7 @@ class Engine(Tables):
         return Kept(
             self,
             dict(vars(self)),
-            [(table, layout.copied(table)) for table in tables if table.flags.writeable],
+            [(table, layout.as_bytes(table).copy()) for table in tables if table.flags.writeable],
             self.clock.base,
             self.ledger.entries,
             self.agenda.later,

@@ -122,10 +122,10 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
         if bent and any(query.periods):
             meet = first_bent_image if discs else first_bent_cast
         _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
-    elif not discs:
-        _ticks_with_shape(query, centre, outline, velocity, ticks)
     else:
-        _composed(ticks_for_disc)(query.packed, query.slots, *centre, *velocity, outline[1], ticks)
+        rows, begins = (np.zeros(0), query.slots) if discs else _differences(query, outline)
+        thrown = (*centre, *velocity, outline[1])
+        _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, *thrown, ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
@@ -140,15 +140,11 @@ def _theirs(query: Query) -> tuple[list[Outline], Integers]:
     return [(DISC, radius) for radius in radii.tolist()], which
 
 
-def _ticks_with_shape(
-    query: Query, centre: Point, outline: Outline, velocity: Point, ticks: Integers
-) -> None:
-    """Writes down when each body meets a body of such an outline that is anchored now (rule 5s)."""
+def _differences(query: Query, outline: Outline) -> tuple[npt.NDArray[np.float64], Integers]:
+    """Returns the rows of the differences with an outline, and (n,) where that of each body begins."""
     theirs, which = _theirs(query)
     rows = [difference_row(each, outline) for each in theirs]
-    begins = np.cumsum([0, *map(len, rows)])[:-1]
-    numbers = np.array([number for row in rows for number in row])
-    _composed(ticks_for_shape)(query.packed, query.slots, numbers, begins[which], *centre, *velocity, ticks)
+    return np.concatenate([np.zeros(0), *rows]), np.cumsum([0, *map(len, rows)])[which]
 
 
 def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -> Kernel:
@@ -257,7 +253,7 @@ def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(template, hooks, "questions", Kernel)
 
 
-PERIODIC = PASSING = MIXED = False
+PERIODIC = PASSING = MIXED = CONVEX = False
 reach_wall = to_be_filled_in
 
 
@@ -304,20 +300,7 @@ def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float)
     )
 
 
-def ticks_for_disc(
-    k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
-) -> None:
-    """Writes down when a disc that is anchored now meets each of others; a template."""
-    k = disowned(k)
-    clock = k.clock[0]
-    for i in range(len(others)):
-        body = k.bodies[others[i]]
-        delay = first_touch(plans_to(k, body, x, y, vx, vy), body.radius, radius)
-        if delay != NEVER:
-            ticks[i] = clock.now + delay
-
-
-def ticks_for_shape(
+def ticks_of_cast(
     k: Kernel,
     others: Integers,
     numbers: npt.NDArray[np.float64],
@@ -326,14 +309,19 @@ def ticks_for_shape(
     y: float,
     vx: float,
     vy: float,
+    radius: float,
     ticks: Integers,
 ) -> None:
-    """Writes down when a body anchored now meets others, by rows of differences; a template."""
+    """Writes down when a body anchored now meets others, a shape by rows of differences; a template."""
     k = disowned(k)
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        delay = enters(pointer(numbers), rows[i], plans_to(k, body, x, y, vx, vy))
+        plans = plans_to(k, body, x, y, vx, vy)
+        if CONVEX:
+            delay = enters(pointer(numbers), rows[i], plans)
+        else:
+            delay = first_touch(plans, body.radius, radius)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 
