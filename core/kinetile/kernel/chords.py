@@ -4,8 +4,7 @@ Contacts come from the exact plans, of degree 2, in ``k.bodies``. A broad phase 
 body, in ``k.shadows``: it flies straight along a chord, from where it is to where the body will be ``span``
 ticks later, with a reach that is longer by a *margin* (``limits.skin`` has it). At the end of a chord, and at
 each event of the body, the next chord is laid and the body is replanned. So every certificate is of degree 1,
-and a phase knows nothing of accelerations; chords are no part of the answer, since the exact plans alone
-decide it.
+and a phase knows nothing of accelerations; chords are no part of the answer.
 
 The shadow never jumps, for a phase may rely on that a new plan does not move a body: a chord begins where the
 last one has come to. docs/one-answer.md proves that it never leaves the margin, whenever a chord is cut short

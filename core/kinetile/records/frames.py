@@ -173,8 +173,7 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
 
 
 def check_form(path: Path) -> str:
-    """Returns the ending of a file of frames. Raises BadOption for another one, or a name that GSD does not
-    take, and MissingExtra without gsd."""
+    """Returns a frames file's ending; BadOption for others and bad GSD names, MissingExtra without gsd."""
     form = path.suffix.lower()
     if form not in FORMS:
         raise BadOption(

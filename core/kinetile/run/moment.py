@@ -57,8 +57,7 @@ class Moment:
         return self._engine.numbers
 
     def positions(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
-        than the period."""
+        """Returns the positions now, (n, 2), in the order of ``bodies``; if periodic in [0, period)."""
         return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
 
     def unwrapped(self) -> npt.NDArray[np.float64]:
@@ -76,8 +75,7 @@ class Moment:
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
     def accelerations(self) -> npt.NDArray[np.float64]:
-        """Returns the accelerations, (n, 2), in the order of ``bodies``; of one that is held, what is left of
-        it."""
+        """Returns the accelerations, (n, 2), in the order of ``bodies``: what is left where one is held."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, BentPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)

@@ -332,8 +332,7 @@ def _check_bent(
     extent: Extent | None,
     rules: SceneRules,
 ) -> list[Mistake]:
-    """Checks what a scene with accelerations cannot have: bodies that rest on a wall, but those that settle
-    on walls."""
+    """Checks that no body rests on a wall in a scene with accelerations, but those that settle on walls."""
     mistakes: list[Mistake] = []
     if extent is None:
         return mistakes

@@ -412,8 +412,7 @@ def bent_touch(plans: BentPlans, radius: float, radius2: float, met: bool, about
 
 @hook
 def bent_parting(plans: BentPlans, radius: float, radius2: float, since: int) -> int:
-    """Return how many ticks after the later anchor two overlapping discs part, from ``since`` on, or
-    ``NEVER``."""
+    """Return how many ticks after the later anchor two discs part, from ``since`` on, or ``NEVER``."""
     return int(bent_closely(plans, radius, radius2, -1, 0, 0, since))
 
 

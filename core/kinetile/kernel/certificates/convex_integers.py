@@ -33,10 +33,11 @@ from kinetile.kernel.certificates.integers import (
     put_count,
     read_in,
     room,
+    two_products,
 )
 from kinetile.kernel.certificates.integers import COUNT as TICKS
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.compiled import Numbers, apart, larger, subroutine, zeros
+from kinetile.kernel.compiled import Numbers, apart, hook, larger, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 
 COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, FLUSH, HEAD = range(8)
@@ -68,6 +69,13 @@ MOST = 16
 """Corners that a difference of two cores can have."""
 
 ROOM = SIGNS + 3 * MOST
+
+
+@hook
+def next_corner(f: Numbers, row: int, face: int) -> int:
+    """Return the corner at the end of a face."""
+    after = face + WIDE
+    return after if after < row + HEAD + int(f[row + COUNT]) * WIDE else row + HEAD
 
 
 @subroutine
@@ -113,30 +121,13 @@ def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
 @subroutine
 def dot(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
     """Put the scalar product of two vectors in a row; return its sign."""
-    clear(m, target, 2 * first, 2 * end)
-    add_product(m, target, ax, first, end, bx, first, end)
-    add_product(m, target, ay, first, end, by, first, end)
-    return carry(m, target, 2 * first, 2 * end, 1)
+    return two_products(m, target, ax, bx, 1, ay, by, first, end)
 
 
 @subroutine
 def cross(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
     """Put the cross product of two vectors in a row; return its sign."""
-    clear(m, target, 2 * first, 2 * end)
-    add_product(m, target, ay, first, end, bx, first, end)
-    carry(m, target, 2 * first, 2 * end, -1)
-    add_product(m, target, ax, first, end, by, first, end)
-    return carry(m, target, 2 * first, 2 * end, 1)
-
-
-@subroutine
-def compare_products(m: Cells, a: int, b: int, c: int, d: int, first: int, end: int) -> int:
-    """Return the sign of a b - c d, of products of two."""
-    clear(m, FOURS, 4 * first, 4 * end)
-    add_product(m, FOURS, c, 2 * first, 2 * end, d, 2 * first, 2 * end)
-    carry(m, FOURS, 4 * first, 4 * end, -1)
-    add_product(m, FOURS, a, 2 * first, 2 * end, b, 2 * first, 2 * end)
-    return carry(m, FOURS, 4 * first, 4 * end, 1)
+    return two_products(m, target, ax, by, -1, ay, bx, first, end)
 
 
 @subroutine
@@ -199,8 +190,7 @@ def outside_of(m: Cells, f: Numbers, faces: int, count: int, first: int, end: in
 
 @subroutine
 def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int) -> tuple[int, bool]:
-    """Return the sign of the distance of a place from M, less R, at a count of ticks after the later anchor,
-    and whether it falls there."""
+    """Return the sign of a place's distance from M, less R, at a count of ticks, and whether it falls."""
     place_at(m, first, end, ticks)
     count = int(f[row + COUNT])
     faces = row + HEAD
@@ -239,7 +229,7 @@ def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int
             falls = cross(m, SUM, UX, UY, WAY_X, WAY_Y, first, end) < 0
             cross(m, GAP, AX, AY, WAY_X, WAY_Y, first, end)
             dot(m, LENGTH2, WAY_X, WAY_Y, WAY_X, WAY_Y, first, end)
-            return compare_products(m, GAP, GAP, REACH2, LENGTH2, first, end), falls
+            return two_products(m, FOURS, GAP, GAP, -1, REACH2, LENGTH2, 2 * first, 2 * end), falls
     return -1, False
 
 
@@ -288,7 +278,7 @@ def passes_through(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool
     for k in range(int(f[row + COUNT])):
         from_corner(m, f, row + HEAD + k * WIDE, DX, DY, first, end)
         side = cross(m, GAP, AX, AY, UX, UY, first, end)
-        farther = compare_products(m, GAP, GAP, LEAST_GAP, SPEED2, first, end)
+        farther = two_products(m, FOURS, GAP, GAP, -1, LEAST_GAP, SPEED2, 2 * first, 2 * end)
         left = left or (side >= 0 or farther < 0 if wider else side > 0 and farther > 0)
         right = right or (side <= 0 or farther < 0 if wider else side < 0 and farther > 0)
     return left and right and (f[row + COUNT] > 2.0 or f[row + RADIUS] > 0.0)
@@ -323,7 +313,7 @@ def goes_into(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
     for k in range(int(f[row + COUNT])):
         from_corner(m, f, row + HEAD + k * WIDE, DX, DY, first, end)
         side = cross(m, GAP, AX, AY, UX, UY, first, end)
-        nearer = compare_products(m, GAP, GAP, REACH2, SPEED2, first, end) < 0
+        nearer = two_products(m, FOURS, GAP, GAP, -1, REACH2, SPEED2, 2 * first, 2 * end) < 0
         left = left or side > 0 or nearer
         right = right or side < 0 or nearer
     return left and right

@@ -171,12 +171,13 @@ def as_count(ticks: float) -> int:
 
 
 @subroutine
-def sign_of_discriminant(m: Cells, first: int, end: int) -> int:
-    """Return the sign of b^2 - a c, of a quadratic in cells from the first to before the end."""
-    add_product(m, FOURS, SQUARE, first, end, CONSTANT, first, end)
-    carry(m, FOURS, 2 * first, 2 * end, -1)
-    add_product(m, FOURS, HALF_RATE, first, end, HALF_RATE, first, end)
-    return carry(m, FOURS, 2 * first, 2 * end, 1)
+def two_products(m: Cells, row: int, a: int, b: int, way: int, c: int, d: int, first: int, end: int) -> int:
+    """Put a b + c d in a row, or a b - c d where ``way`` is -1 and not 1; return its sign."""
+    clear(m, row, 2 * first, 2 * end)
+    add_product(m, row, c, first, end, d, first, end)
+    carry(m, row, 2 * first, 2 * end, way)
+    add_product(m, row, a, first, end, b, first, end)
+    return carry(m, row, 2 * first, 2 * end, 1)
 
 
 @subroutine
@@ -231,22 +232,20 @@ def root_of(m: Cells, first: int, end: int, guess: int, last: bool) -> int:
 
 @subroutine
 def first_root(m: Cells, first: int, end: int, guess: int) -> int:
-    """Return the floor of the first root of a quadratic, 0 if only the last one is still to come; ``NEVER``
-    if there is none from 0 on."""
+    """Return the floor of a quadratic's first root, 0 if only the last is to come, ``NEVER`` if none is."""
     rate, value = signs_at(m, first, end, 0)
     if rate >= 0:
         return NEVER
     if value <= 0:
         return 0
-    if sign_of_discriminant(m, first, end) <= 0:
+    if two_products(m, FOURS, HALF_RATE, HALF_RATE, -1, SQUARE, CONSTANT, first, end) <= 0:  # b^2 - a c
         return NEVER
     return root_of(m, first, end, guess, False)
 
 
 @subroutine
 def put_axis(m: Cells, d: int, u: int, axis: Axis, power: int, first: int, end: int) -> None:
-    """Put the separation along an axis, and what a tick adds to it, into two rows; the count of elapsed ticks
-    is in its own."""
+    """Put the separation along an axis, and what a tick adds, into two rows; elapsed ticks are in theirs."""
     put(m, u, axis.v, power, -1)
     add_product(m, d, u, first, end - 3, COUNT, 0, 3)
     put(m, u, axis.v2, power, 1)
@@ -292,8 +291,7 @@ def read_in(
 
 @subroutine
 def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, parting: bool) -> int:
-    """Return what ``first_touch`` does, or ``last_touch`` for a parting, for finite numbers of any size; for
-    others ``NEVER``, or 0."""
+    """Return what ``first_touch`` or ``last_touch`` does; for numbers that are not finite ``NEVER``, or 0."""
     m = zeros(MEMORY)
     first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
@@ -311,6 +309,7 @@ def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, p
     if not parting:
         return first_root(m, first, end, guess)
     rate, gap = signs_at(m, first, end, 0)
-    if gap > 0 and (rate >= 0 or sign_of_discriminant(m, first, end) <= 0):
+    discriminant = two_products(m, FOURS, HALF_RATE, HALF_RATE, -1, SQUARE, CONSTANT, first, end)
+    if gap > 0 and (rate >= 0 or discriminant <= 0):
         return 0
     return root_of(m, first, end, guess, True)

@@ -102,8 +102,7 @@ def _options() -> list[tuple[str, str]]:
 
 @cache
 def _sources() -> bytes:
-    """Returns a digest of the files that tell Numba how to compile types, operators and calls: no name in a
-    hook leads to them."""
+    """Returns a digest of the files that tell Numba how to compile, to which no name in a hook leads."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
     for source in ("backend.py", "hooks.py", "views.py", "../vectors/intrinsics.py"):
@@ -112,8 +111,7 @@ def _sources() -> bytes:
 
 
 def _foreign(module: ModuleType) -> bool:
-    """Whether a module's functions change only with its version: those of the standard library, NumPy, Numba
-    and llvmlite."""
+    """Whether a module's functions change only with versions: Python's, NumPy's, Numba's, llvmlite's."""
     root = module.__name__.partition(".")[0]
     return root in sys.stdlib_module_names or root in ("numpy", "numba", "llvmlite")
 

@@ -131,8 +131,7 @@ def reaches_into(
 
 @hook
 def place_error(k: Kernel, tick: int) -> float:
-    """Return by how much rows of places can be wrong at a tick: infinite where none are noted, and where
-    bodies are accelerated."""
+    """Return by how much rows of places can be off: infinite if not noted, or if bodies are accelerated."""
     clock = k.clock[0]
     noted = len(k.shadows) == 0 and clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
     return float(clock.limits.fat if noted else math.inf)

@@ -1,24 +1,17 @@
 """The main loop: take the next event, restore the proof, again (thesis, section 2).
 
-``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the
-broad phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of
-the one for walls; those of the responses that the scene's rules name) and its constants (``PAIRS``,
-``AHEAD``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
-``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
+``advance`` is a template. Its hooks, of phases and responses, and its constants (``PAIRS``, ``WALLS``, ...)
+are filled in by ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not
+compiled. The loop cannot raise. It runs until something has to be done outside and returns a reason.
 
 After each event the head of the queue is taken again. So at a contact's tick every structural event up to and
 at that tick has been restored, and which broad phase did it cannot matter (docs/one-answer.md has the rule
-and its proof).
+and its proof). A guess at the head is no event: it moves neither the clock nor a body, so when its contact is
+computed exactly cannot matter either.
 
-A guess at the head is no event: nothing happens at its tick but that a contact is computed exactly. It moves
-neither the clock nor a body, so when guesses are resolved cannot matter either.
-
-Each step leaves a task behind: the bodies whose entries in the queue are not true any more, and why
-(``NOTHING`` to ``REFRESH_ALL``). ``restore`` does that task before the next step. All tasks go through this
-one place because a hook is inlined wherever it is called: a second call of ``soonest`` or ``replan`` would be
-the machine code of a whole broad phase again, and seconds of compilation.
-
-The loop cannot raise. It runs until something has to be done outside and returns a reason.
+Each step leaves a task to ``restore``: the bodies whose entries in the queue are not true any more, and why.
+All tasks go through this one place because a hook is inlined wherever it is called: a second call of
+``soonest`` or ``replan`` would be the machine code of a whole broad phase again, and seconds of compilation.
 
 Order, and why the head is the next event
 =========================================
@@ -32,16 +25,13 @@ after c's ``key``, that is at or after T. If it is at T, c's key is T and of kin
 that tick would be before the head. If c's partner is d, the order by numbers decides between the two
 contacts, as it should. If it is another, e, then c's ``guard`` is at T too; a guess that became exact was
 before its guard, so c was computed exactly, and of several contacts at one tick has that of the smaller
-numbers: {c, e} is before {c, d}. So nothing is before the head.
+numbers: {c, e} is before {c, d}.
 
 A guess that becomes exact at tick t *runs at once*, without being filed, if t is before everything else in
 its slice of the calendar and before the slice's end, before ``own`` of both bodies, before the next turn and
 the end of the run, before the partner's key (or, if that is this same contact in the partner's entry, before
 its ``guard``), and if neither body can be at a wall by then. By the same reasoning all other contacts,
-failures and walls are later than t, with no tie.
-
-``Simulation(..., audit=N)`` checks all of it between two events, slowly: the calendar, each entry, the
-positions, and coverage, computed again and exactly.
+failures and walls are later than t, with no tie. ``Simulation(..., audit=N)`` checks all of it, slowly.
 """
 
 from __future__ import annotations

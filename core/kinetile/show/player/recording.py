@@ -9,8 +9,8 @@ Most of a row follows from the plans before it: a body is at the position of its
 bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
 is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
 
-A shape of the structure moves with its bodies, so it is recorded once for its whole life.
-A new certificate, with another failure time, makes it a new shape.
+A shape of the structure moves with its bodies, so it is recorded once for its whole life, which a new
+certificate with another failure time ends.
 """
 
 from __future__ import annotations
