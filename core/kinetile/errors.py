@@ -255,10 +255,7 @@ def legible(text: str, longest: int | None = None) -> str:
 
 
 def printable(text: str, most: int = 1000) -> str:
-    """Returns ``text`` safe for a terminal: control characters escaped, and cut if it is too long.
-
-    Text of files goes into messages, and a terminal would obey its control characters.
-    """
+    """Returns ``text`` safe for a terminal: control characters escaped, and cut if it is too long."""
     if len(text) > most:
         text = f"{text[: most - 3]}..."
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

@@ -185,12 +185,7 @@ def first_image_of(
         """Return the tick of the first contact of two bodies, ``a`` the elder, through any image but the one
         that is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of
         the least m, then of the least n. Two that may pass do not meet through an image while they are
-        passing through it, nor in the past: that passing has begun and ended.
-
-        Seen from the body with the earlier anchor, the other one's images are a lattice that moves. Columns
-        of it are looked at in the order in which they can be reached, and in each the rows that can be met
-        while it is passed; the search ends where a column is reached later than the best contact found.
-        """
+        passing through it, nor in the past: that passing has begun and ended."""
         clock = k.clock[0]
         torus = clock.torus
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b

@@ -170,11 +170,8 @@ def tick_at_face(
     f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float, grain: float
 ) -> int:
     """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
-    it does at about a time t > 0; ``OPEN`` if that is not sure.
-
-    One step from there, the gap in compensated arithmetic. Where that ends at a whole tick, or
-    nearly, it is that one if the gap is none there: at whole ticks it is a multiple of ``grain``.
-    """
+    it does at about a time t > 0; ``OPEN`` if that is not sure. At whole ticks the gap is a multiple of
+    ``grain``."""
     left, error = gap_to_face(f, face, t, x, y)
     rate = f[face + TX] * y.u - f[face + TY] * x.u
     unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
@@ -279,10 +276,7 @@ def along_face(
 @apart
 def enters(f: Numbers, row: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two convex bodies touch, rounded down exactly, or
-    ``NEVER``.
-
-    ``row`` is where the row of their difference begins in the table ``f``.
-    """
+    ``NEVER``; ``row`` is where the row of their difference begins in the table ``f``."""
     x, y = separations(plans)
     per_time = plans.per_time
     count = int(f[row + COUNT])
@@ -411,12 +405,7 @@ def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
 @apart
 def leaves(f: Numbers, row: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two convex bodies part that pass through each other,
-    rounded down exactly, or ``NEVER`` (rule 11s).
-
-    Who goes out of a convex outline at one of its points never comes back. So they part where a place surely
-    crosses the line of a face outwards between its ends, or leaves the disc around a corner between the lines
-    across the faces beside it. What is not sure is decided in whole numbers, from a guess.
-    """
+    rounded down exactly, or ``NEVER`` (rule 11s)."""
     x, y = separations(plans)
     per_time = plans.per_time
     count = int(f[row + COUNT])

@@ -1,12 +1,7 @@
 """Contacts of convex bodies in whole numbers: the last resort, right for all finite doubles.
 
-A place enters a convex polygon with a margin (``convex``; docs/specification.md, rule 5s) if its line has
-M with its margin on both sides, by more than what is flush. And floor(T) is the greatest tick at which it is
-outside, or touches, and comes nearer: bisection finds that, since both cease for good. All of it are signs of
-sums of products, in rows of digits as in ``integers``.
-
-A difference is a row of doubles in a table that a narrow phase makes (``kinetile.toolbox.differences``):
-its corners and the ways of its faces are exact, as sums of two doubles each.
+What is asked (``convex``) are signs of sums of products, in rows of digits as in ``integers``. A difference
+is a row of doubles in a table that a narrow phase makes (``kinetile.toolbox.differences``).
 """
 
 from __future__ import annotations
@@ -321,11 +316,7 @@ def goes_into(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
 
 @apart
 def leaves_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
-    """Return what ``leaves`` does, for finite numbers of any size; for others 0.
-
-    Until it has parted for good a place is in M with its margin, or comes nearer to it on a line that goes
-    into it.
-    """
+    """Return what ``leaves`` does, for finite numbers of any size; for others 0."""
     if f[row + COUNT] < 3.0 and f[row + RADIUS] == 0.0:
         return 0
     m = zeros(ROOM)

@@ -3,29 +3,16 @@
 Every double is a whole number times a power of two, and so is all that is made of them by sums and
 products. With D and U the separation at the later anchor and what a tick adds to it, q at a whole tick K is
 |D|^2 - R^2 + 2 D.U K + |U|^2 K^2: a *quadratic* c + 2 b K + a K^2 of whole numbers. Half its rate, b + a K,
-is B, and b^2 - a c its discriminant; all their signs are exact. The floor of the first root is the greatest K
-with q(K) >= 0 and B(K) < 0: once that has ceased to hold it does not hold again, so bisection finds it, from
-wherever it starts. The floor of the last root is likewise the greatest K with q(K) <= 0 or B(K) <= 0. Some
-microseconds, more where the guess is bad.
-
-A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
-zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that is below a digit is less
-than one unit of it, and the sign of a number is that of its highest digit that is not zero. A product of two
-such digits is at most 2^50: a cell holds 4,096 of them, more than any sum here has.
-
-All rows are in one array, ``m``, each known by where it begins. A double is three digits. Rows of lengths,
-and of speeds times a tick, have their zero in cell ``ZERO``; in a product zeros add up. Counts of ticks
-have theirs in cell 0. The lowest bit of a double is worth 2^-1126 or more, brought to 53 bits, and 2^971 at
-most, and a tick is 2^-1100 to 2^-52: so a row of lengths takes ``CELLS`` cells, and none is before the
-first or behind the last.
-
-Why it is right
-===============
+is B, and b^2 - a c its discriminant; all their signs are exact.
 
 B >= 0 at the anchor: never; q <= 0: 0; a discriminant <= 0: never. Otherwise "q(K) >= 0 and B(K) < 0" is
-true from 0 to the floor of the first root, then q < 0 up to the second root, and then B > 0. It does not
-become true again, so bisection finds the last K with it, whatever the guess. And "q(K) <= 0 or B(K) <= 0" is
-true up to the floor of the last root, or of the vertex where there is no root.
+true from 0 to the floor of the first root, and never again, so bisection finds the last K with it, whatever
+the guess. And "q(K) <= 0 or B(K) <= 0" is true up to the floor of the last root, or of the vertex where there
+is no root. Some microseconds, more where the guess is bad.
+
+A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
+zero: cell ``ZERO`` for lengths and for speeds times a tick, cell 0 for counts of ticks; in a product zeros
+add up. All rows are in one array, ``m``, each known by where it begins.
 
 *Digits.* After ``carry`` a digit is from -2^25 to 2^25 - 1. All below a digit is at most 2^25 (1 + 2^26 + ...
 ) < 1 unit of it, so the highest that is not zero has the number's sign. A cell gets one product for each pair

@@ -18,12 +18,8 @@ import numpy as np
 
 
 def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
-    """Returns a digest of a function and of all that it reaches, the modules that it was found in, and what
-    it calls ``apart``.
-
-    What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
-    module; and Numba's options.
-    """
+    """Returns a digest of a function and of all that it reaches, also through a module (bytecode, constants,
+    hooks, values of globals, Numba's options), the modules it was found in, and what it calls ``apart``."""
     digest = hashlib.sha256(repr((sys.version, np.__version__, API, _options())).encode())
     digest.update(_sources())
     seen: set[int] = set()

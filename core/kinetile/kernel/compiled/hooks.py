@@ -265,10 +265,8 @@ if not INTERPRETED:
 def apart(function: F) -> F:
     """Marks a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
 
-    For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
-    takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of doubles,
-    ``Numbers``, and named tuples of all these; so code that calls it knows no more of it than a name, with a
-    fingerprint. An array is passed as ``pointer`` makes it.
+    It takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of
+    doubles, ``Numbers``, as ``pointer`` makes them, and named tuples of all these.
     """
     if INTERPRETED:
         return function

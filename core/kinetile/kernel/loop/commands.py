@@ -383,17 +383,11 @@ def must_wait(k: Kernel, command: Records) -> int:
     if PASSING and command.code == REMOVED:
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
-        rows += 1 + held_by(k, slot_of(k, command.body))
+        support = slot_of(k, command.body)
+        rows += 1
+        for body in range(k.clock[0].bodies if support >= 0 else 0):
+            rows += int(is_held_by(k, body, support))
     return LOG_FULL if log_is_full(k, rows) else NO_REASON
-
-
-@hook
-def held_by(k: Kernel, support: int) -> int:
-    """Return how many bodies a support holds."""
-    found = 0
-    for body in range(k.clock[0].bodies if support >= 0 else 0):
-        found += int(is_held_by(k, body, support))
-    return found
 
 
 @template

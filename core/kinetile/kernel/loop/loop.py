@@ -55,7 +55,7 @@ from kinetile.kernel.loop import (
 from kinetile.kernel.loop.ahead import fetch_ring, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_may_be_before
-from kinetile.kernel.loop.commands import may_come, met_at
+from kinetile.kernel.loop.commands import free, may_come, met_at
 from kinetile.kernel.loop.events import (
     NOTHING,
     REFILE,
@@ -68,12 +68,11 @@ from kinetile.kernel.loop.events import (
     leaves_support,
     run_command,
     run_contact,
-    run_leaving,
     run_structural,
     run_wall_contact,
 )
 from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
-from kinetile.kernel.loop.responses import crowded, end_first_passing, find_leave
+from kinetile.kernel.loop.responses import crowded, end_passing, find_leave
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     CHORD,
@@ -163,12 +162,17 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             task = REFILE
         elif PASSING and kind == PARTING:
             clock.now = larger(clock.now, at)
+            pair = find_leave(k, h)
             if MIXED:  # they may meet again by the same plans
-                b = k.passings[find_leave(k, h)].b
-            end_first_passing(k, h, at)
+                b = k.passings[pair].b
+            end_passing(k, pair, at)
+            find_leave(k, h)
             task = REFRESH if MIXED else REFILE
         elif RESTING and kind == WALL and leaves_support(k, h):
-            task = run_leaving(k, h, at)
+            clock.now = larger(clock.now, at)
+            k.counts[0].structural += 1
+            free(k, h, at)
+            task = REPLAN
         elif WALLS and kind == WALL:
             task = run_wall_contact(k, h, at)
         elif PAIRS:
@@ -365,11 +369,8 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
 
 @template
 def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
-    """Whether what comes next is behind the end.
-
-    The last tick may end between two of its contacts: where a command was given between two runs, or where a
-    recording stopped. Structural events and commands of that place have happened then.
-    """
+    """Whether what comes next is behind the end, which may be between two contacts of the last tick: where a
+    command was given between two runs, or a recording stopped."""
     if at < until:
         return False
     return bool(at > until or at == NEVER or (kind >= WALL and met_at(k, at) >= quota))

@@ -291,13 +291,6 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
     k.traits[b].inside -= 1
 
 
-@hook
-def end_first_passing(k: Kernel, body: int, tick: int) -> None:
-    """End the first of the passings of which a body is the elder."""
-    end_passing(k, find_leave(k, body), tick)
-    find_leave(k, body)
-
-
 @template
 def plan_partings(k: Kernel, body: int) -> None:
     """Compute again when a body with a new plan parts from those that it is passing through."""

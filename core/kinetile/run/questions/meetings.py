@@ -91,9 +91,8 @@ def next_contact_of(
     among: Integers | None = None,
     walls: bool = True,
 ) -> NextContact | None:
-    """Returns the first of the contacts that the body in a slot has with each other body, or with each that
-    is ``among`` these, and with ``walls``, by the present plans; None if it has none, or, with the
-    ``planned`` changes of plans, if something precedes it, with any body. Bodies have their numbers."""
+    """Returns what ``Simulation.next_contact_of`` does, for a slot: with bodies, or with those ``among``
+    these, and ``walls``; with ``planned`` changes of plans if nothing precedes it. Bodies are numbers."""
     first = _first_of(query, a, among, walls)
     if first is None or (planned is not None and not _is_first(query, a, first, planned)):
         return None
@@ -105,12 +104,8 @@ def next_contact_of(
 
 
 def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
-    """Returns the body that one which starts here and now would meet first; None if it meets none.
-
-    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
-    overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
-    through any image, before ``kernel.images.FORESEEN`` ticks from now. It is accelerated by gravity.
-    """
+    """Returns what ``Simulation.cast`` does: the body of the hit is a slot, and what flies is accelerated by
+    gravity."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     bent = query.composition.prepared.bent

@@ -160,9 +160,8 @@ def _cross(one: Floats, other: Floats) -> Floats:
 def bodies_near(
     query: Query, point: Point, radius: float | None = None, count: int | None = None
 ) -> Integers:
-    """Returns the slots of the bodies that are near a point, the nearest first, ties as in ``query.slots``,
-    by the distance to their outlines (``_gaps``); where axes are periodic to the nearest image's: of a shape
-    that is not around its position, perhaps another image than that whose position is nearest."""
+    """Returns what ``Simulation.bodies_near`` does, as slots, ties as in ``query.slots``; of a shape not
+    around its position it may be another image that is near than that whose position is nearest."""
     apart = nearest_image(np.array(point) - query.places, query.periods)
     turns = [(0.0, -period, period) if period and query.shapes else (0.0,) for period in query.periods]
     limit = math.inf if radius is None else radius
@@ -189,9 +188,7 @@ class RayHit(NamedTuple):
 def ray(
     query: Query, origin: Point, direction: Point, most: int | None = None, within: float | None = None
 ) -> list[RayHit]:
-    """Returns the bodies that a ray meets, as slots, the nearest first, ties as in ``query.slots``; not more
-    than ``most``, and none further than ``within``. The direction is not 0; its length does not matter. Where
-    axes are periodic ``within`` is needed, and a body is met where the ray first enters an image."""
+    """Returns what ``Simulation.ray`` does, as slots, ties as in ``query.slots``; the direction is not 0."""
     images: Iterable[tuple[int, int]] = [(0, 0)]
     down = -math.frexp(max(map(abs, direction)))[1]
     u = np.array([math.ldexp(part, down) for part in direction])  # so that no square of it underflows

@@ -99,11 +99,8 @@ def record(
     pairs: bool | None = None,
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
-    number of contacts; None: as many as fit.
-
-    ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
-    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
-    """
+    number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
+    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to ``MOST_PAIRED``."""
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
