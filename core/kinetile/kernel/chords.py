@@ -18,19 +18,16 @@ A chord is faster than its body by |a| span at most: half of it by the bend, hal
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, is_checked, unchecked, with_numpy, with_shadows
+from kinetile.kernel.compiled import Hook, hook, is_checked, unchecked, with_numpy, with_shadows
 from kinetile.kernel.flight import note_place, note_pull, plans_now, position_at, whole_pulls
 from kinetile.kernel.images import near_zero
 from kinetile.kernel.plan import MOST_SPAN, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel
-
-Hook = Callable[..., Any]
 
 
 def as_seen(k: Kernel) -> Kernel:

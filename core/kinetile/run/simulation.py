@@ -46,10 +46,9 @@ from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
-from kinetile.scene.shapes import Shape
+from kinetile.scene.shapes import Ints, Shape
 from kinetile.statistics import Observed
 
-Integers = npt.NDArray[np.int64]
 OfKinds = Kind | Iterable[Kind] | None
 
 _RUNS = ("run", "step", "be built", "be built again")
@@ -655,7 +654,7 @@ class Simulation(Moment):
         hit = meetings.cast(self._among(kinds), *thrown)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
-    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Integers:
+    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
         """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
         ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
 
@@ -672,7 +671,7 @@ class Simulation(Moment):
         radius: float | None = None,
         k: int | None = None,
         kinds: OfKinds = None,
-    ) -> Integers:
+    ) -> Ints:
         """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
         within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.
 
@@ -838,7 +837,7 @@ class Simulation(Moment):
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
 
-    def _bodies_of(self, slots: Integers) -> Integers:
+    def _bodies_of(self, slots: Ints) -> Ints:
         return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
 
     def _body_of(self, slot: int) -> int:

@@ -7,8 +7,6 @@ A hook receives the kernel's tables as ``k`` (see ``kinetile.kernel.tables``) an
 own state as ``s``.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from kinetile.lazy import lazy_names

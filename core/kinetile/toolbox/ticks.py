@@ -8,8 +8,6 @@ difference of two convex shapes is a row of a table (``difference_table``, ``com
 are named here. Along periodic axes ``first_image`` (of discs) and ``first_image_of`` go through all images.
 """
 
-from __future__ import annotations
-
 from kinetile.kernel.certificates.bent import BentAxis as BentAxis
 from kinetile.kernel.certificates.bent import BentPlans as BentPlans
 from kinetile.kernel.certificates.bent import bent_parting as bent_parting

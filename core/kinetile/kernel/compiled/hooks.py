@@ -28,6 +28,7 @@ INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+Hook: TypeAlias = Callable[..., Any]
 Numbers: TypeAlias = Any
 """An array of float64 as functions marked ``apart`` take it: to be read by an index from 0."""
 

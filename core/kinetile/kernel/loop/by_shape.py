@@ -7,17 +7,15 @@ takes it and another one, from 0, and with where the numbers of each phase begin
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import hook, is_checked, numbers_from, unchecked, with_numpy
+from kinetile.kernel.compiled import Hook, hook, is_checked, numbers_from, unchecked, with_numpy
 from kinetile.kernel.tables import Kernel
 
-Hook = Callable[..., Any]
 Doubles = npt.NDArray[np.float64]
 
 

@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.kernel.certificates.bent import bent_touch
 from kinetile.kernel.certificates.bent_convex import bent_enters
@@ -38,7 +37,8 @@ from kinetile.kernel.tables import (
     elder,
     record_table,
 )
-from kinetile.run.questions.places import Integers, Point, Query
+from kinetile.run.questions.places import Point, Query
+from kinetile.scene.shapes import Floats, Ints
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
 Planned = Mapping[int, int]
@@ -88,7 +88,7 @@ def next_contact_of(
     query: Query,
     a: int,
     planned: Planned | None = None,
-    among: Integers | None = None,
+    among: Ints | None = None,
     walls: bool = True,
 ) -> NextContact | None:
     """Returns what ``Simulation.next_contact_of`` does, for a slot: with bodies, or with those ``among``
@@ -127,7 +127,7 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
     return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
 
 
-def _theirs(query: Query) -> tuple[list[Outline], Integers]:
+def _theirs(query: Query) -> tuple[list[Outline], Ints]:
     if query.shapes:
         kinds, which = np.unique(query.forms, return_inverse=True)
         return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which
@@ -135,7 +135,7 @@ def _theirs(query: Query) -> tuple[list[Outline], Integers]:
     return [(DISC, radius) for radius in radii.tolist()], which
 
 
-def _differences(query: Query, outline: Outline) -> tuple[npt.NDArray[np.float64], Integers]:
+def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:
     """Returns the rows of the differences with an outline, and (n,) where that of each body begins."""
     theirs, which = _theirs(query)
     rows = [difference_row(each, outline) for each in theirs]
@@ -194,7 +194,7 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
     return all(_first_of(query, one) == first._replace(other=two) for one, two in bodies)
 
 
-def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
+def _first_of(query: Query, a: int, among: Ints | None = None, walls: bool = True) -> _First | None:
     others = query.slots if among is None else among
     found = [_First(NEVER, PARTING, a)]
     if len(others):  # of those at one tick the first by number
@@ -207,7 +207,7 @@ def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool =
     return None if first.tick == NEVER else first
 
 
-def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
+def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
     """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
     through each other, by the kind of event; NEVER where not, or not any more."""
     pair, passing, k = query.composition.pair, query.composition.passing, query.k
@@ -252,7 +252,7 @@ PERIODIC = PASSING = MIXED = CONVEX = False
 reach_wall = to_be_filled_in
 
 
-def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
+def ticks_of_partners(k: Kernel, body: int, others: Ints, ticks: Ints) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     barred = NOBODY if PERIODIC or MIXED else barred_with(k, body)
@@ -265,7 +265,7 @@ def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -
             ticks[i] = meeting(k, first, body + other - first)
 
 
-def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: Integers) -> None:
+def beginnings(k: Kernel, body: int, others: Ints, near: Ints, ticks: Ints) -> None:
     """Template: writes down now where a body begins to pass others at once that overlap it at the start."""
     k = disowned(k)
     now = k.clock[0].now
@@ -274,7 +274,7 @@ def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: In
             ticks[near[i]] = now
 
 
-def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:
+def tick_of_wall(k: Kernel, body: int, answer: Ints) -> None:
     """Writes down when a body meets a wall, and which; a template."""
     k = disowned(k)
     tick, wall = reach_wall(k, k.bodies[body])
@@ -297,15 +297,15 @@ def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float)
 
 def ticks_of_cast(
     k: Kernel,
-    others: Integers,
-    numbers: npt.NDArray[np.float64],
-    rows: Integers,
+    others: Ints,
+    numbers: Floats,
+    rows: Ints,
     x: float,
     y: float,
     vx: float,
     vy: float,
     radius: float,
-    ticks: Integers,
+    ticks: Ints,
 ) -> None:
     """Writes down when a body anchored now meets others, a shape by rows of differences; a template."""
     k = disowned(k)
@@ -363,7 +363,7 @@ first_bent_cast = first_image_of(bent_touches, overlaps, bent_plans_through, Tru
 meet = to_be_filled_in
 
 
-def ticks_for_images(k: Kernel, others: Integers, body: int, ticks: Integers) -> None:
+def ticks_for_images(k: Kernel, others: Ints, body: int, ticks: Ints) -> None:
     """Writes down when a body in a row of the tables meets each of others through an image; a template."""
     k = disowned(k)
     for i in range(len(others)):
