@@ -57,7 +57,8 @@ class Moment:
         return self._engine.numbers
 
     def positions(self) -> npt.NDArray[np.float64]:
-        """Returns the positions now, (n, 2), in the order of ``bodies``; if periodic in [0, period)."""
+        """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
+        than the period."""
         return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
 
     def unwrapped(self) -> npt.NDArray[np.float64]:

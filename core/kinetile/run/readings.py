@@ -114,7 +114,8 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Returns the kinetic energy of all movable bodies, exactly summed, and that of heights over (0, 0)."""
+    """Returns the kinetic energy of all movable bodies, summed exactly, and by accelerations that of their
+    heights, 0 in the corner (0, 0)."""
     found = 0.5 * squares_of_bodies(k)
     there = np.flatnonzero((k.queue.number >= 0) & np.isfinite(k.mass))
     pulls = whole_pulls(k, there)

@@ -493,7 +493,7 @@ def bent_nearer(f: Numbers, row: int, face: int, plans: BentPlans) -> int:
 
 @apart
 def bent_leaves(f: Numbers, row: int, plans: BentPlans, since: int) -> int:
-    """Return how many ticks after the later anchor two that pass part, from ``since`` on; or ``NEVER``."""
+    """Return how many ticks after the later anchor two bodies part, from ``since`` on, or ``NEVER``."""
     count = int(f[row + COUNT])
     if count == 1:
         own = from_corner(f, row + HEAD, plans)
