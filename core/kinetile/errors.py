@@ -1,8 +1,7 @@
 """Every error that kinetile raises: whole sentences that say what was wrong, where, and what would be right.
 
-Part of such a sentence is the probable intention: the known name nearest to an unknown one. Edit
-distance alone misses the short forms that people type ("sap" for "sap-1d"), so names are compared with case
-and the choice between ``_`` and ``-`` folded away, and a beginning that only one name has counts too.
+Part of such a sentence is the known name nearest to an unknown one. Edit distance alone misses short forms
+("sap" for "sap-1d"): so case and ``_`` for ``-`` do not count, and a beginning that only one name has does.
 """
 
 from __future__ import annotations
@@ -256,10 +255,7 @@ def legible(text: str, longest: int | None = None) -> str:
 
 
 def printable(text: str, most: int = 1000) -> str:
-    """Returns ``text`` safe for a terminal: control characters escaped, and cut if it is too long.
-
-    Text of files goes into messages, and a terminal would obey its control characters.
-    """
+    """Returns ``text`` safe for a terminal: control characters escaped, and cut if it is too long."""
     if len(text) > most:
         text = f"{text[: most - 3]}..."
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
@@ -399,8 +395,7 @@ def constructed(kind: type[_Class]) -> type[_Class]:
 
 
 def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
-    """Returns the first argument that a call does not have, with what to write, or those that it lacks; "" if
-    it has what it needs."""
+    """Returns the first argument that a call does not have, with what to write, or those it lacks; or ""."""
     parameters = inspect.signature(call).parameters
     known = [each for each in parameters if each not in ("self", "_cls")]
     for odd in kwargs:

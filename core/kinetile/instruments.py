@@ -2,8 +2,6 @@
 and ``kinetile.toolbox``. Those of this distribution import nothing else of the framework but four modules of
 ``kinetile.cli`` (an import contract), so a foreign one can do the same."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from kinetile.lazy import lazy_names

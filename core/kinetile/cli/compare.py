@@ -7,20 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from kinetile.cli.options import (
-    Csv,
-    Json,
-    MaxContacts,
-    NarrowPhases,
-    Parameters,
-    SceneName,
-    Until,
-    find_scene,
-    narrow_choice,
-    option,
-    phase_choices,
-    until_or_default,
-)
+from kinetile.cli import options as cli
 from kinetile.cli.output import printed, scene_summary, show, table_of
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, make_ready, notice
 
@@ -30,17 +17,19 @@ if TYPE_CHECKING:
 
 
 def compare(
-    scene: SceneName = "grid",
-    parameters: Parameters = None,
+    scene: cli.SceneName = "grid",
+    parameters: cli.Parameters = None,
     phases: Annotated[
         str | None,
-        option("Broad phases, the first being the reference; by default all that take the scene.", "A,B,..."),
+        cli.option(
+            "Broad phases, the first being the reference; by default all that take the scene.", "A,B,..."
+        ),
     ] = None,
-    narrow_phase: NarrowPhases = None,
-    until: Until = None,
-    max_contacts: MaxContacts = None,
-    json: Json = False,
-    csv: Csv = False,
+    narrow_phase: cli.NarrowPhases = None,
+    until: cli.Until = None,
+    max_contacts: cli.MaxContacts = None,
+    json: cli.Json = False,
+    csv: cli.Csv = False,
 ) -> None:
     """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree.
 
@@ -50,9 +39,9 @@ def compare(
     from kinetile.comparison import compare as compare_phases
 
     done: list[PhaseOutcome] = []
-    this_scene = find_scene(scene, parameters)
-    end = until_or_default(this_scene, until, max_contacts)
-    choices = None if phases is None else phase_choices(phases)
+    this_scene = cli.find_scene(scene, parameters)
+    end = cli.until_or_default(this_scene, until, max_contacts)
+    choices = None if phases is None else cli.phase_choices(phases)
     with Bar("comparing", this_scene.start, max_contacts) as bar:
 
         def start(label: str, simulation: Simulation) -> None:
@@ -65,7 +54,7 @@ def compare(
                 choices,
                 end,
                 max_contacts=max_contacts,
-                narrow_phases=narrow_choice(narrow_phase),
+                narrow_phases=cli.narrow_choice(narrow_phase),
                 start=start,
                 finish=done.append,
                 progress=bar,

@@ -5,18 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from kinetile.cli import options as cli
 from kinetile.cli.files import check_ending, check_new, file_errors
-from kinetile.cli.options import (
-    BroadPhase,
-    Options,
-    Parameters,
-    argument,
-    broad_choice,
-    find_scene,
-    flag,
-    option,
-    until_or_default,
-)
 from kinetile.cli.terminal import echo, make_ready
 from kinetile.errors import BadOption
 
@@ -26,20 +16,22 @@ MOST_FRAMES = 10_000_000
 
 def export(
     source: Annotated[
-        str, argument("An event file (.parquet), a recipe's name or a scene's .toml file.", "SOURCE")
+        str, cli.argument("An event file (.parquet), a recipe's name or a scene's .toml file.", "SOURCE")
     ],
-    out: Annotated[Path, option("A new file that ends in .xyz, .extxyz or .gsd.", "FILE", "--to")],
-    parameters: Parameters = None,
-    broad_phase: BroadPhase = None,
-    option: Options = None,
-    every: Annotated[float | None, option("Time between frames; a hundredth of the whole.", "TIME")] = None,
+    out: Annotated[Path, cli.option("A new file that ends in .xyz, .extxyz or .gsd.", "FILE", "--to")],
+    parameters: cli.Parameters = None,
+    broad_phase: cli.BroadPhase = None,
+    option: cli.Options = None,
+    every: Annotated[
+        float | None, cli.option("Time between frames; a hundredth of the whole.", "TIME")
+    ] = None,
     begin: Annotated[
-        float | None, option("The first frame; without it, the start.", "TIME", "--from")
+        float | None, cli.option("The first frame; without it, the start.", "TIME", "--from")
     ] = None,
     until: Annotated[
-        float | None, option("No frame after this time; by default the end of the run.", "TIME")
+        float | None, cli.option("No frame after this time; by default the end of the run.", "TIME")
     ] = None,
-    overwrite: Annotated[bool, flag("Replace the file of --to.", "--overwrite")] = False,
+    overwrite: Annotated[bool, cli.flag("Replace the file of --to.", "--overwrite")] = False,
 ) -> None:
     """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`).
 
@@ -60,11 +52,11 @@ def export(
             run = Trajectory.read(source)
         end = run.end if until is None else until
     else:
-        scene = find_scene(source, parameters)
-        name, options = broad_choice(broad_phase, option)
+        scene = cli.find_scene(source, parameters)
+        name, options = cli.broad_choice(broad_phase, option)
         run = Simulation(scene, name, options=options or None, keep_contacts=False)
         make_ready(run)
-        end = until_or_default(scene, until, None) or scene.start
+        end = cli.until_or_default(scene, until, None) or scene.start
     start = run.scene.start if begin is None else begin
     step = (end - start) / 100 if every is None else every
     if not run.scene.start <= start <= end < float("inf"):

@@ -6,27 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from kinetile.cli import options as cli
 from kinetile.cli import runner
 from kinetile.cli.files import PARQUET, check_ending, check_files, file_errors
 from kinetile.cli.observed import Observe, ObserveTo, read_observables
-from kinetile.cli.options import (
-    BroadPhase,
-    Json,
-    MaxContacts,
-    NarrowPhases,
-    Options,
-    Parameters,
-    SceneName,
-    Until,
-    Verbose,
-    argument,
-    broad_choice,
-    find_scene,
-    flag,
-    narrow_choice,
-    option,
-    until_or_default,
-)
 from kinetile.cli.output import as_json
 from kinetile.cli.terminal import echo, notice
 from kinetile.errors import BadOption
@@ -38,44 +21,44 @@ if TYPE_CHECKING:
     from kinetile.scene import Settings
 
 Every = Annotated[
-    float | None, option(f"Seconds between two checkpoints; {runner.EVERY:g}.", "SECONDS", least=0)
+    float | None, cli.option(f"Seconds between two checkpoints; {runner.EVERY:g}.", "SECONDS", least=0)
 ]
 
 
 def run(
-    scene: SceneName = "grid",
-    parameters: Parameters = None,
-    broad_phase: BroadPhase = None,
-    option: Options = None,
-    narrow_phase: NarrowPhases = None,
-    until: Until = None,
-    max_contacts: MaxContacts = None,
-    events: Annotated[Path | None, option("Write every event to a new file, .parquet.", "FILE")] = None,
+    scene: cli.SceneName = "grid",
+    parameters: cli.Parameters = None,
+    broad_phase: cli.BroadPhase = None,
+    option: cli.Options = None,
+    narrow_phase: cli.NarrowPhases = None,
+    until: cli.Until = None,
+    max_contacts: cli.MaxContacts = None,
+    events: Annotated[Path | None, cli.option("Write every event to a new file, .parquet.", "FILE")] = None,
     contacts: Annotated[
-        Path | None, option("Write the contacts to a new text file: epoch tick a b a line.", "FILE")
+        Path | None, cli.option("Write the contacts to a new text file: epoch tick a b a line.", "FILE")
     ] = None,
     encounters: Annotated[
         Path | None,
-        option("Write who passes whom, from when to when, and how close, to a new file, .csv.", "FILE"),
+        cli.option("Write who passes whom, from when to when, and how close, to a new file, .csv.", "FILE"),
     ] = None,
     checkpoint: Annotated[
-        Path | None, option("Save the run regularly to a file, for `kinetile resume`.", "FILE")
+        Path | None, cli.option("Save the run regularly to a file, for `kinetile resume`.", "FILE")
     ] = None,
     every: Every = None,
     observe: Observe = None,
     observe_to: ObserveTo = None,
-    overwrite: Annotated[bool, flag("Replace the files that the options name.", "--overwrite")] = False,
+    overwrite: Annotated[bool, cli.flag("Replace the files that the options name.", "--overwrite")] = False,
     save_scene: Annotated[
-        Path | None, option("Save the scene with these phases and this end as a TOML file.", "FILE")
+        Path | None, cli.option("Save the scene with these phases and this end as a TOML file.", "FILE")
     ] = None,
     explain: Annotated[
-        bool, flag("Print what is modelled and what is left out; run nothing.", "--explain")
+        bool, cli.flag("Print what is modelled and what is left out; run nothing.", "--explain")
     ] = False,
     audit: Annotated[
-        int | None, option("Check all invariants every N contacts (slow).", "N", least=1)
+        int | None, cli.option("Check all invariants every N contacts (slow).", "N", least=1)
     ] = None,
-    verbose: Verbose = False,
-    json: Json = False,
+    verbose: cli.Verbose = False,
+    json: cli.Json = False,
 ) -> None:
     """Run a scene and print what happened.
 
@@ -95,17 +78,17 @@ def run(
         check_files({**written, "--save-scene": save_scene, "the scene": source}, overwrite)
         wanted = read_observables(observe, observe_to, overwrite, saved=checkpoint is not None)
         runner.check_checkpoint(checkpoint, every, overwrite)
-        this_scene = find_scene(scene, parameters)
-        name, options = broad_choice(broad_phase, option)
+        this_scene = cli.find_scene(scene, parameters)
+        name, options = cli.broad_choice(broad_phase, option)
         simulation = Simulation(
             this_scene,
             name,
             options=options or None,
-            narrow_phases=narrow_choice(narrow_phase),
+            narrow_phases=cli.narrow_choice(narrow_phase),
             keep_contacts=contacts is not None,
             audit=audit,
         )
-        end = until_or_default(this_scene, until, max_contacts)
+        end = cli.until_or_default(this_scene, until, max_contacts)
         requested = {"until": end, "max_contacts": max_contacts}
         recorder = None
         if events is not None and not explain:
@@ -143,23 +126,23 @@ def run(
 
 
 def resume(
-    file: Annotated[Path, argument("The file of `run --checkpoint FILE`.", "FILE")],
+    file: Annotated[Path, cli.argument("The file of `run --checkpoint FILE`.", "FILE")],
     until: Annotated[
-        float | None, option("Run until this time, instead of the original end.", "TIME")
+        float | None, cli.option("Run until this time, instead of the original end.", "TIME")
     ] = None,
     max_contacts: Annotated[
         int | None,
-        option("Stop after this number of further contacts, instead of the original end.", "N", least=0),
+        cli.option("Stop after this number of further contacts, instead of the original end.", "N", least=0),
     ] = None,
-    broad_phase: Annotated[str | None, option("Go on under this broad phase.", "NAME")] = None,
+    broad_phase: Annotated[str | None, cli.option("Go on under this broad phase.", "NAME")] = None,
     events: Annotated[
-        Path | None, option("Write every event to this file, instead of the one before.", "FILE")
+        Path | None, cli.option("Write every event to this file, instead of the one before.", "FILE")
     ] = None,
     every: Every = None,
     observe: Observe = None,
     observe_to: ObserveTo = None,
-    verbose: Verbose = False,
-    json: Json = False,
+    verbose: cli.Verbose = False,
+    json: cli.Json = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there.
 
@@ -208,12 +191,12 @@ def resume(
 
 
 def recover(
-    partial: Annotated[Path, argument("What a run with --events FILE has left.", "FILE.partial")],
+    partial: Annotated[Path, cli.argument("What a run with --events FILE has left.", "FILE.partial")],
     out: Annotated[
-        Path | None, option("The event file to make; without it FILE, and FILE.partial goes.", "FILE")
+        Path | None, cli.option("The event file to make; without it FILE, and FILE.partial goes.", "FILE")
     ] = None,
-    overwrite: Annotated[bool, flag("Replace an event file that exists.", "--overwrite")] = False,
-    json: Json = False,
+    overwrite: Annotated[bool, cli.flag("Replace an event file that exists.", "--overwrite")] = False,
+    json: cli.Json = False,
 ) -> None:
     """Make an event file from what a killed run has left.
 

@@ -95,8 +95,7 @@ def _carry_out(
     observe: Sequence[str] | Observed,
     rows: list[Any] | None,
 ) -> RunEnd:
-    """Runs, saves if requested, and closes the events file in any case; ``rows`` get what has happened, where
-    there is no such file."""
+    """Runs, saves if requested, and always closes the events file; without one ``rows`` get the events."""
     saved = ""
     if checkpoint is not None:
         checkpoint.begin()

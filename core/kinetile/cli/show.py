@@ -9,19 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from kinetile.cli import options as cli
 from kinetile.cli.files import check_ending, check_new, file_errors
-from kinetile.cli.options import (
-    BroadPhase,
-    Options,
-    Parameters,
-    SceneName,
-    argument,
-    broad_choice,
-    find_scene,
-    flag,
-    option,
-    until_or_default,
-)
 from kinetile.cli.terminal import Bar, FirstSignal, echo, make_ready, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase, read_phases
@@ -39,25 +28,25 @@ phase (or None) and ``until``, and returns a View, or None for a file that is no
 
 PairsOption = Annotated[
     bool | None,
-    flag("Draw lines between pairs of bodies; by default, of up to 250.", "--pairs/--no-pairs"),
+    cli.flag("Draw lines between pairs of bodies; by default, of up to 250.", "--pairs/--no-pairs"),
 ]
 
 
 def draw(
-    scene: SceneName,
-    out: Annotated[Path, option("A new file that ends in .svg, .png or .pdf.", "FILE")],
-    parameters: Parameters = None,
-    at: Annotated[float | None, option("The moment; without it, the start.", "TIME")] = None,
-    broad_phase: BroadPhase = None,
-    option: Options = None,
+    scene: cli.SceneName,
+    out: Annotated[Path, cli.option("A new file that ends in .svg, .png or .pdf.", "FILE")],
+    parameters: cli.Parameters = None,
+    at: Annotated[float | None, cli.option("The moment; without it, the start.", "TIME")] = None,
+    broad_phase: cli.BroadPhase = None,
+    option: cli.Options = None,
     roles: Annotated[
-        str | None, option("Only these parts of the structure: bound, tile, cell, pair, ...", "ROLE,...")
+        str | None, cli.option("Only these parts of the structure: bound, tile, cell, pair, ...", "ROLE,...")
     ] = None,
     pairs: PairsOption = None,
-    velocities: Annotated[bool, flag("Draw velocities as arrows.", "--velocities")] = False,
+    velocities: Annotated[bool, cli.flag("Draw velocities as arrows.", "--velocities")] = False,
     space_time: Annotated[
         str | None,
-        option(
+        cli.option(
             "Draw a run in place of a moment: x or y to the right, time upwards, from --at to --until.",
             "AXIS",
             "--space-time",
@@ -65,9 +54,9 @@ def draw(
     ] = None,
     until: Annotated[
         float | None,
-        option("The end of --space-time; without it, the scene's own, or one time unit.", "TIME"),
+        cli.option("The end of --space-time; without it, the scene's own, or one time unit.", "TIME"),
     ] = None,
-    overwrite: Annotated[bool, flag("Replace the file of --out.", "--overwrite")] = False,
+    overwrite: Annotated[bool, cli.flag("Replace the file of --out.", "--overwrite")] = False,
 ) -> None:
     """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs.
 
@@ -79,10 +68,10 @@ def draw(
         from kinetile.show.printed import check_printing
 
         check_printing()
-    this_scene = find_scene(scene, parameters)
+    this_scene = cli.find_scene(scene, parameters)
     if at is not None and not this_scene.start <= at < float("inf"):
         raise BadOption(f"--at is {at!r}; expected a time from the scene's start on, {this_scene.start!r}")
-    name, options = broad_choice(broad_phase, option)
+    name, options = cli.broad_choice(broad_phase, option)
 
     from kinetile.run.simulation import Simulation
 
@@ -99,7 +88,12 @@ def draw(
     if space_time is None:
         drawn = _drawn(simulation, wanted, pairs, form, velocities)
     else:
-        drawn = _drawn_in_space_time(simulation, space_time, until)
+        from kinetile.show.space_time import space_time_svg, take_space_time
+
+        end = cli.until_or_default(this_scene, until, None)
+        if end is None or not simulation.time < end:
+            raise BadOption(f"--until is {end!r}; expected a time after that of --at, {simulation.time!r}")
+        drawn = space_time_svg(take_space_time(simulation, end, space_time))
     with file_errors(f"--out {out}"):
         write_file(out, drawn)
 
@@ -120,50 +114,40 @@ def _drawn(
     return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
 
 
-def _drawn_in_space_time(simulation: Simulation, axis: str, until: float | None) -> bytes:
-    from kinetile.show.space_time import space_time_svg, take_space_time
-
-    scene = simulation.scene
-    end = until_or_default(scene, until, None)
-    if end is None or not simulation.time < end:
-        raise BadOption(f"--until is {end!r}; expected a time after that of --at, {simulation.time!r}")
-    return space_time_svg(take_space_time(simulation, end, axis))
-
-
 def view(
     scene: Annotated[
         str,
-        argument(
+        cli.argument(
             "A recipe's name, a .toml file (a scene, or a case that `kinetile conform` saved), or an event "
             "file (.parquet).",
             "SCENE",
         ),
     ] = "grid",
-    parameters: Parameters = None,
-    broad_phase: BroadPhase = None,
+    parameters: cli.Parameters = None,
+    broad_phase: cli.BroadPhase = None,
     beside: Annotated[
-        str | None, option("More broad phases, beside the first, on the same clock.", "NAME,...")
+        str | None, cli.option("More broad phases, beside the first, on the same clock.", "NAME,...")
     ] = None,
     begin: Annotated[
-        float | None, option("Show from this time on; without it, the start.", "TIME", "--from")
+        float | None, cli.option("Show from this time on; without it, the start.", "TIME", "--from")
     ] = None,
     until: Annotated[
-        float | None, option("Show until this time; the scene's own `until`, or one time unit.", "TIME")
+        float | None, cli.option("Show until this time; the scene's own `until`, or one time unit.", "TIME")
     ] = None,
-    at: Annotated[float | None, option("The time at which the page opens.", "TIME")] = None,
+    at: Annotated[float | None, cli.option("The time at which the page opens.", "TIME")] = None,
     steps: Annotated[
-        bool, flag("Include every step of the broad phase between contacts.", "--steps/--no-steps")
+        bool, cli.flag("Include every step of the broad phase between contacts.", "--steps/--no-steps")
     ] = True,
     pairs: PairsOption = None,
     out: Annotated[
-        Path, option("A new file: .html, a page, or .gif, a film (extra `figures`).", "FILE")
+        Path, cli.option("A new file: .html, a page, or .gif, a film (extra `figures`).", "FILE")
     ] = Path("view.html"),
     seconds: Annotated[
-        float | None, option("Duration of the film in seconds; 8 by default.", "SECONDS")
+        float | None, cli.option("Duration of the film in seconds; 8 by default.", "SECONDS")
     ] = None,
-    width: Annotated[int | None, option("Width of the film in pixels; 640.", "N")] = None,
-    overwrite: Annotated[bool, flag("Replace a file that is there.", "--overwrite")] = False,
-    show: Annotated[bool, flag("Open the page in the browser.", "--open")] = False,
+    width: Annotated[int | None, cli.option("Width of the film in pixels; 640.", "N")] = None,
+    overwrite: Annotated[bool, cli.flag("Replace a file that is there.", "--overwrite")] = False,
+    show: Annotated[bool, cli.flag("Open the page in the browser.", "--open")] = False,
 ) -> None:
     """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
 
@@ -186,7 +170,7 @@ def view(
         if beside is not None or at is not None or scene.lower().endswith(".parquet"):
             raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
         options |= {"structure": steps, "pairs": pairs}
-        _write_film(find_scene(scene, parameters), broad_phase, out, (begin, until), overwrite, options)
+        _write_film(cli.find_scene(scene, parameters), broad_phase, out, (begin, until), overwrite, options)
     echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
     if show:
         typer.launch(out.resolve().as_uri())
@@ -207,7 +191,7 @@ def _write_film(
 
     check_printing("Drawing a film")
     begin, until = window(scene, *times)
-    name, of_phase = broad_choice(broad_phase, None)
+    name, of_phase = cli.broad_choice(broad_phase, None)
     simulation = Simulation(scene, name, options=of_phase or None)
     shown = film(simulation, until, begin=begin, **options)
     make_ready(simulation)
@@ -258,7 +242,7 @@ def _view(
                         f"{scene} is a saved case, and plays from its start: no --from, no --set, no --at"
                     )
                 return view
-    found = find_scene(scene, parameters)
+    found = cli.find_scene(scene, parameters)
     return view_scene(
         found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps, pairs=pairs
     )

@@ -4,8 +4,7 @@ Contacts come from the exact plans, of degree 2, in ``k.bodies``. A broad phase 
 body, in ``k.shadows``: it flies straight along a chord, from where it is to where the body will be ``span``
 ticks later, with a reach that is longer by a *margin* (``limits.skin`` has it). At the end of a chord, and at
 each event of the body, the next chord is laid and the body is replanned. So every certificate is of degree 1,
-and a phase knows nothing of accelerations; chords are no part of the answer, since the exact plans alone
-decide it.
+and a phase knows nothing of accelerations; chords are no part of the answer.
 
 The shadow never jumps, for a phase may rely on that a new plan does not move a body: a chord begins where the
 last one has come to. docs/one-answer.md proves that it never leaves the margin, whenever a chord is cut short
@@ -19,19 +18,16 @@ A chord is faster than its body by |a| span at most: half of it by the bend, hal
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, is_checked, unchecked, with_numpy, with_shadows
+from kinetile.kernel.compiled import Hook, hook, is_checked, unchecked, with_numpy, with_shadows
 from kinetile.kernel.flight import note_place, note_pull, plans_now, position_at, whole_pulls
 from kinetile.kernel.images import near_zero
 from kinetile.kernel.plan import MOST_SPAN, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel
-
-Hook = Callable[..., Any]
 
 
 def as_seen(k: Kernel) -> Kernel:

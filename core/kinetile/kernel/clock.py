@@ -18,8 +18,7 @@ TICKS = 1 << 52
 """Ticks a unit."""
 
 SPAN = 1 << 61
-"""Ticks between two shifts of the base: 512 units. Predictions reach 2 spans beyond an anchor, and 64 bits
-hold 4."""
+"""Ticks between shifts of the base, 512 units. Predictions reach 2 spans past an anchor; 64 bits hold 4."""
 
 
 def time_unit(extent: float, speed: float) -> float:
@@ -52,8 +51,7 @@ class Clock:
         return (a * d - c * b) * f * TICKS // (b * d * e)
 
     def tick_of(self, time: float, at: tuple[int, ...] | None) -> int:
-        """Return a time, or where it is given the exact one, which begins with (epoch, tick), as ticks since
-        the start."""
+        """Return a time in ticks since the start, or that of ``at``, which begins with (epoch, tick)."""
         return self.ticks(time) if at is None else at[0] * TICKS + at[1]
 
     def relative(self, ticks: int) -> int:

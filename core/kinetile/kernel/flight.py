@@ -144,10 +144,7 @@ def whole_pulls(k: Kernel, slots: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
 @hook
 def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
     """Return (v . n) / (n . n) for the relative velocity v and a vector n of length nearly 1, to half an ulp.
-
-    Both products are carried in full. The plain formula is off by an ulp or so, and where all radii are equal
-    by nearly the same one at every contact, so that energy would drift in proportion to the contacts.
-    """
+    Both products are carried in full: the plain formula is off by an ulp or so."""
     vx = two.vx - one.vx
     vy = two.vy - one.vy
     xx = nx * nx
@@ -164,11 +161,7 @@ def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
 @hook
 def shared(mass: float, other: float, speed: float) -> float:
     """Return the part of an exchange that a body takes: 2 other / (mass + other) speed, to about half an ulp.
-
-    The quotient is the same at every contact of two bodies, and so would be its rounding: energy would drift
-    in proportion to the contacts. Of a body of infinite mass the part is 0, and the other one takes 2; two of
-    them part as two equals do.
-    """
+    Of a body of infinite mass it is 0, and the other one takes 2; two of them part as two equals do."""
     if mass == math.inf:
         return speed if other == math.inf else 0.0
     if other == math.inf:

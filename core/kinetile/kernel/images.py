@@ -1,10 +1,9 @@
 """Images: places and contacts where an axis is periodic.
 
-A border that bodies cross could be an event. Here it is not: the law does not know where the box is cut.
-The *image* (m, n) of a body is the body m periods further right and n further up, and a contact of two bodies
-is through an image: the certificate of two discs, with m and n periods added to their separation. So two
-bodies may meet through several images, even at one tick, and nothing is rounded or logged, and no
-plan changes, where a body crosses a line.
+A border that bodies cross is no event here: the law does not know where the box is cut. The *image* (m, n)
+of a body is the body m periods further right and n further up, and a contact of two bodies is through an
+image: with m and n periods added to their separation. So two may meet through several images, even at one
+tick, and where a body crosses a line nothing is rounded or logged, and no plan changes.
 
 A plan's place stays near 0, so that rounding does not grow: whenever a plan is anchored, its place becomes
 the remainder of IEEE 754, from -1/2 to 1/2 period, which is a double always: wrapping adds no rounding.
@@ -16,8 +15,7 @@ On the same grounds no plan grows old. At every *beat*, 2^53 ticks or two units 
 are a beat old are anchored again, body by body. Then a body is at most four units away from its anchor, and
 a search for the first image that another one meets has an end.
 
-Two bodies that have met through an image are barred from that image, not from each other: two discs alone in
-a box meet again and again, with nothing in between.
+Two bodies that have met through an image are barred from that image, not from each other.
 
 Why the search and the bounds are right
 =======================================
@@ -187,12 +185,7 @@ def first_image_of(
         """Return the tick of the first contact of two bodies, ``a`` the elder, through any image but the one
         that is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of
         the least m, then of the least n. Two that may pass do not meet through an image while they are
-        passing through it, nor in the past: that passing has begun and ended.
-
-        Seen from the body with the earlier anchor, the other one's images are a lattice that moves. Columns
-        of it are looked at in the order in which they can be reached, and in each the rows that can be met
-        while it is passed; the search ends where a column is reached later than the best contact found.
-        """
+        passing through it, nor in the past: that passing has begun and ended."""
         clock = k.clock[0]
         torus = clock.torus
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
@@ -313,8 +306,7 @@ def come_together(k: Kernel, a: int, b: int, h: int) -> None:
 
 @hook
 def next_to_anchor(k: Kernel) -> int:
-    """Return the next body, by its number, whose plan is a beat old at this beat; NOBODY: all are
-    anchored, and the next beat is awaited."""
+    """Return the next body whose plan is a beat old at this beat; NOBODY if none, and await the next beat."""
     torus = k.clock[0].torus
     while torus.number < len(k.slots):
         body = k.slots[torus.number]

@@ -6,14 +6,10 @@ calls is *offered*, and one of its bodies looks at the other. Nothing need be sa
 Sweep-and-prune knows its pairs only by their history. For such phases there is the *pair set*: ``add_pair``,
 ``remove_pair``, and ``pairs_of``, which answers ``near`` with a body's list. A pair is found by its bodies
 through an open-addressing table (linear probing, deletion by shifting back, no tombstones) and by each of its
-bodies through a list threaded through the pairs' records. Both together cost O(1) a change, and memory grows
-with the pairs there are, not with the pairs there could be. A pair is held once for every ``add_pair`` and
-leaves with the last ``remove_pair``, so a broad phase that finds a pair for several reasons need not count
-them itself.
-
-Every pair is in the list of both its bodies. A record has the fields a and b (its bodies, by slot),
-next_a and prev_a (its neighbours in a's list), next_b and prev_b; ``firsts[body]`` is the head of a body's
-list, or -1. To put a pair in and to take it out costs O(1).
+bodies through a list threaded through the pairs' records (``tables.HELD``), of which ``firsts[body]`` is the
+head, or -1. Both together cost O(1) a change, and memory grows with the pairs there are, not with the pairs
+there could be. A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so a
+broad phase that finds a pair for several reasons need not count them itself.
 """
 
 from __future__ import annotations

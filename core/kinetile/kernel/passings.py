@@ -38,8 +38,7 @@ def passes(k: Kernel, a: int, b: int) -> bool:
 
 @hook
 def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
-    """Whether two bodies are passing through each other now, through this image; as long as the shorter of
-    their lists."""
+    """Whether two bodies are passing through each other, through this image. O(their shorter list)."""
     body = a if k.traits[a].inside < k.traits[b].inside else b
     pair = k.passers[body]
     while pair >= 0:

@@ -14,8 +14,7 @@ from kinetile.kernel.compiled import hook, with_field
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 
 NOT, WITH_ANOTHER, ALONE = range(3)
-"""Whether a body may settle at the present contact: not, only if what has held it holds it too, or so as
-well."""
+"""Whether a body may settle at this contact: not; if what has held it holds it too; or so as well."""
 
 
 @hook
@@ -39,8 +38,7 @@ def let_go(k: Kernel, body: int) -> None:
 
 @hook
 def take_hold(k: Kernel, body: int) -> bool:
-    """Make true what a response has decided on a body that was let go; return whether its present
-    acceleration has changed."""
+    """Make true what a response decided on a body let go; return whether its acceleration has changed."""
     plan = k.bodies[body]
     plan.supports = plan.holds
     if plan.holds < 2:

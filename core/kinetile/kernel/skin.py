@@ -4,9 +4,8 @@ contact.
 Two things move an event: positions are rounded, and so are times, down to a tick. A structure is in order at
 the end of each tick, whatever the speeds, but for the rounding of positions, and a chain of neighbours in a
 sorted list can add that up 2n times. Time's part comes once: what two bodies fly in a tick. The skin covers
-both with room: a pair is a candidate from a gap of 2 delta on, so it is there when its contact comes, ties
-included, and it is still there while they touch. Contact times never see the skin. The derivation is in
-docs/one-answer.md.
+both with room: a pair is a candidate from a gap of 2 delta on (docs/one-answer.md). Contact times never see
+the skin.
 """
 
 from __future__ import annotations

@@ -5,10 +5,9 @@ work done on them. Counts and lengths that change live in the one-record tables 
 because a named tuple cannot be changed in place. The clock has records within it, one for each of its
 purposes: ``k.clock[0].limits.width``.
 
-The queue has one entry a body, the record ``queue[body]``: the first of what awaits it.
-That is the structural certificate which the broad phase has given it, its first contact with another body (a
-*guess*, a lower bound, until it is at the head of the queue and is computed exactly), or its contact
-with a wall. ``kernel.loop.predictions`` has the rules by which the entries cover every possible contact.
+The queue has one entry a body, the first of what awaits it: the structural certificate which the broad phase
+has given it, its first contact with another body (a *guess*, a lower bound, until it is at the head of the
+queue and is computed exactly), or its contact with a wall (``kernel.loop.predictions``).
 
 Bodies come and go. A body is in a *slot*, its place in every table of bodies, and has a *number*, by
 which it is known outside: in the log, in the order of events of one tick, and to the user. A slot that a

@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import PhaseError
-from kinetile.kernel.compiled import is_hook
+from kinetile.kernel.compiled import Hook, is_hook
 from kinetile.kernel.loop import idle
 from kinetile.plugin.drawing import Item
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
-
-Hook = Callable[..., Any]
 
 ContactDistance: TypeAlias = Literal["sum of radii", "outlines", "closer"]
 """The distance of the centres of two bodies that touch: always the sum of their radii, or sometimes less."""

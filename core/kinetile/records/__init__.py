@@ -1,7 +1,5 @@
 """Records of a run: event files and trajectories."""
 
-from __future__ import annotations
-
 from kinetile.records.events import EventRecorder
 from kinetile.records.finishing import Recovered, recover
 from kinetile.records.reading import EventFile, read_events

@@ -118,9 +118,11 @@ class EventRecorder:
             raise self._unwritable(error) from error
         try:
             event_target(self.path, self._overwrite)  # a file made before this recorder held the lock
-            if left and _is_empty(file):
-                left = False
-                file.go_to(0)
+            if left:
+                with file.reader() as content:
+                    left = not holds_nothing(content)
+                if not left:
+                    file.go_to(0)
             file = self._begin(file, left)
         except BaseException as error:
             if not left:
@@ -357,8 +359,3 @@ class EventRecorder:
             f"{self.path}: {self.partial} has been removed while it was being written, by itself or with its "
             "folder; none of the events is kept"
         )
-
-
-def _is_empty(file: LogFile) -> bool:
-    with file.reader() as content:
-        return holds_nothing(content)

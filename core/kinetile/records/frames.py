@@ -29,10 +29,8 @@ from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import whole_periods
 from kinetile.scene.scene import kinds_inserted
-from kinetile.scene.shapes import Shape, disc
+from kinetile.scene.shapes import Floats, Shape, disc
 from kinetile.targets import replacing, write_file
-
-Floats = npt.NDArray[np.float64]
 
 _SYMBOLS = "H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr"
 _FEW = 16
@@ -173,8 +171,7 @@ def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
 
 
 def check_form(path: Path) -> str:
-    """Returns the ending of a file of frames. Raises BadOption for another one, or a name that GSD does not
-    take, and MissingExtra without gsd."""
+    """Returns a frames file's ending; BadOption for others and bad GSD names, MissingExtra without gsd."""
     form = path.suffix.lower()
     if form not in FORMS:
         raise BadOption(

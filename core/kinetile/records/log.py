@@ -10,8 +10,7 @@ JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. Th
 columns, the scene, and a number of its own; that of a batch the metadata at its time. ``checksum`` (4 bytes)
 is the CRC-32 of the whole file up to it, without the other checksums, so old bytes of the disk cannot pass
 for a batch. A batch counts if its lengths fit into the file and its checksum is right, and nothing counts
-after one that does not. A write that is interrupted by a kill leaves a prefix of the rows; one that fails, on
-a full disk, is undone.
+after one that does not. A kill leaves a prefix of the rows; a write that fails, on a full disk, is undone.
 
 An Arrow IPC stream has no checksums: of 400 flipped bits, 298 gave other rows and no error; with checksums in
 its metadata writing takes a third longer (317 ns a row, here 234).

@@ -63,7 +63,9 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
         raise RecordError(f"{path} is not what was written: its rows, scene and metadata have another digest")
     try:
         metadata, scene = json.loads(text), loads_scene(scene_text, look_up=False)
-        kinds = all_runs(scene, metadata["kinds"])
+        kinds: Runs = []
+        _extend(kinds, ((body, scene.kinds[kind]) for body, kind in sorted(kind_of_each(scene).items())))
+        kinds += metadata["kinds"]  # of bodies that were inserted interactively
         kinds_in(kinds, [])  # raises where they are no runs
         if not (is_finite(metadata["missing"]) and is_finite(metadata["time"])):
             raise ValueError("'missing' and 'time' are no numbers")
@@ -162,13 +164,6 @@ def _extend(runs: Runs, kinds: Iterable[tuple[int, Any]]) -> None:
             runs[-1][1] = body
         else:
             runs.append([body, body, kind])
-
-
-def all_runs(scene: Scene, by_hand: Runs) -> Runs:
-    """Returns the kinds of all bodies: those of a scene, and interactively inserted ones."""
-    runs: Runs = []
-    _extend(runs, ((body, scene.kinds[kind]) for body, kind in sorted(kind_of_each(scene).items())))
-    return runs + by_hand
 
 
 def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:

@@ -202,10 +202,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
 
 
 def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
-    """Returns the turns of bodies, each to its velocity; velocities are (n, 2), or one for all.
-
-    IndexError for an unknown body, ValueError for an impossible velocity.
-    """
+    """Returns turns of bodies, (n, 2) velocities or one for all; IndexError and ValueError for wrong ones."""
     numbers, pairs = _bodies_and_pairs(engine, bodies, velocities, "velocity")
     vx, vy = pairs.T
     speed = float(np.hypot(vx, vy).max(initial=0.0))
@@ -218,10 +215,8 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 
 
 def read_accelerations(engine: Engine, bodies: object, accelerations: object) -> Rows:
-    """Returns the changes of bodies to their accelerations, (n, 2), or one for all.
-
-    IndexError for an unknown body, ValueError for an invalid acceleration, or one not for this run.
-    """
+    """Returns what gives bodies (n, 2) accelerations, or one for all; IndexError and ValueError for wrong
+    ones, or one that is not for this run."""
     numbers, pairs = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
     rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
     rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))

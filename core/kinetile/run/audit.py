@@ -129,13 +129,6 @@ def of_places(k: Kernel) -> Iterator[str]:
             yield f"the place of body {body} at the common clock is not that of its plan"
 
 
-def of_pair_set(k: Kernel) -> Iterator[str]:
-    """Every pair of the pair set can be found, and is in the lists of its bodies."""
-    yield from of_lookup(k)
-    lists = k.clock[0].lists
-    yield from of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free)
-
-
 def of_lookup(k: Kernel) -> Iterator[str]:
     """Every pair is there once, and where a search for it leads: no place from its home on is empty."""
     lookup, live = k.lookup, k.pairs.a >= 0
@@ -311,8 +304,10 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
     """Yields all present violations; ``delta`` is the skin. The phase's own audit comes before what follows
     from its structure: it says why a body is not near another."""
     broad = composition.broad
-    for check in (of_calendar, of_entries, of_places, of_pair_set):
+    lists = k.clock[0].lists
+    for check in (of_calendar, of_entries, of_places, of_lookup):
         yield from map(Complaint, check(k))
+    yield from map(Complaint, of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free))
     if broad.audit is not None:
         yield from (Complaint(f"{OWN}{text}") for text in broad.audit(as_seen(k), broad.state))
     near = np.zeros((0, 2), dtype=np.int32)

@@ -29,7 +29,7 @@ class Calls:
 
     def __call__(self, event: Event) -> bool:
         """Calls what there is for a contact; returns whether one of them says that the run is to stop."""
-        there = [_named(kind) for kind in event.kinds or (0,) * len(event.bodies)]
+        there = [repr(kind) for kind in event.kinds or (0,) * len(event.bodies)]
         there += [WALL] if event.wall is not None else []
         stops = False
         for kinds, function in self.functions:
@@ -57,11 +57,6 @@ def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:
             raise ValueError(f"on_contact: expected a kind, two, or a kind and {WALL!r}; found {shown(key)}")
         if not callable(function):
             raise TypeError(f"on_contact: for {shown(key)} it has {shown(function)}, which is no function")
-        functions.append((tuple(sorted(kind if kind == WALL else _named(kind) for kind in two)), function))
+        functions.append((tuple(sorted(kind if kind == WALL else repr(kind) for kind in two)), function))
         kinds.append(of_bodies[0])
     return Calls(tuple(functions), StopAt(kinds=kinds))
-
-
-def _named(kind: Kind) -> str:
-    """Returns a kind as a text that no other kind has, nor the walls: whole numbers and names are sorted."""
-    return repr(kind)

@@ -17,19 +17,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
-from kinetile.plugin.drawing import (
-    At,
-    Box,
-    Coordinate,
-    Entry,
-    Item,
-    Link,
-    Point,
-    Polygon,
-    Segment,
-    points_of,
-    with_points,
-)
+from kinetile.plugin.drawing import At, Coordinate, Entry, Item, Link, Point, points_of, with_points
 from kinetile.run.compose import Composition
 
 near = to_be_filled_in
@@ -108,7 +96,7 @@ class _Reader:
 
     def read(self, item: Any) -> Item:
         """Returns a shape with the numbers of bodies; itself where they are the slots, as mostly."""
-        if not isinstance(item, Segment | Box | Polygon | Link | Entry):
+        if not isinstance(item, Item):
             wanted = "expected shapes: Segment, Box, Polygon, Link, Entry of kinetile.toolbox"
             raise self._wrong(f"{item!r}; {wanted}")
         fails = item.fails

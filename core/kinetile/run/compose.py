@@ -246,10 +246,6 @@ class Composition:
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
         parts: dict[str, Any] = {
-            "build": self.broad.build,
-            "repair": self.broad.repair,
-            "replan": self.broad.replan,
-            "near": self.broad.near,
             "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,  # whether it prefetches
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
@@ -268,18 +264,13 @@ class Composition:
         parts |= self.resting
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
-        if parts["AHEAD"]:
-            parts["soon"] = self.broad.soon
-        if parts["LIVING"]:
-            parts |= {"enter": self.broad.enter, "leave": self.broad.leave}
-        if self.pair is not None:
-            parts |= {"meet": self.pair.meet, "collide": self.pair.collide}
-            if self.pair.soonest is not None:
-                parts["soonest"] = self.pair.soonest
-        if self.wall is not None:
-            parts |= {"reach_wall": self.wall.reach_wall, "bounce": self.wall.bounce}
-            if self.wall.inside is not None:
-                parts["inside"] = self.wall.inside
+        needed = {"soon": parts["AHEAD"], "enter": parts["LIVING"], "leave": parts["LIVING"]}
+        for owner, names in (
+            (self.broad, [name for name in PHASE_HOOKS if needed.get(name, True)]),
+            (self.pair, ["meet", "collide", "soonest"]),
+            (self.wall, ["reach_wall", "bounce", "inside"]),
+        ):
+            parts |= {name: getattr(owner, name) for name in names if getattr(owner, name, None) is not None}
         parts = {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
         if self.prepared.bent:
             parts |= {name: seeing(name, parts[name]) for name in PHASE_HOOKS if name in parts}

@@ -5,8 +5,7 @@ moved the bodies and before its log has been read, say. So a step that must happ
 ``Unbroken``: signals that come meanwhile wait for its end. A step within a step is part of it. A public call
 that changes a simulation is a step as a whole, and a long one has places where signals come through
 (``Interruptible``): between two chunks of a run, in a user's ``progress``, in the compiler. Entering and
-leaving a step costs two microseconds; it would be ten with ``signal``, which converts to enums what the same
-functions of ``_signal`` take and return.
+leaving a step costs two microseconds; it would be ten with ``signal``, which makes enums for ``_signal``.
 
 Where a step does not end at all, in a hook that loops for ever, say, a signal without a handler in Python
 still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.

@@ -76,8 +76,7 @@ class Moment:
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
     def accelerations(self) -> npt.NDArray[np.float64]:
-        """Returns the accelerations, (n, 2), in the order of ``bodies``; of one that is held, what is left of
-        it."""
+        """Returns the accelerations, (n, 2), in the order of ``bodies``: what is left where one is held."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, BentPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.loop.by_shape import all_numbers, by_shape, gap_by_shape, of_phase
+from kinetile.kernel.loop.by_shape import all_numbers, by_shape, of_phase, takes, takes_bodies
 from kinetile.plugin.calling import described
 from kinetile.plugin.protocols import PairParts
 from kinetile.plugin.registry import registry
@@ -58,13 +58,13 @@ def pair_parts(
     phases: list[PairParts] = [given[name] for name in decides]
     if len(phases) < 2:
         return phases[0] if phases else None
-    takes = np.zeros((len(scene.shapes), len(scene.shapes)), np.int64)
+    taken = np.zeros((len(scene.shapes), len(scene.shapes)), np.int64)
     for at, pairs in enumerate(decides.values()):
-        takes[tuple(np.transpose(pairs))] = at
+        taken[tuple(np.transpose(pairs))] = at
     names = ("meet", "collide", "touch", "part", "gap")
     hooks = {name: tuple(getattr(each, name) for each in phases) for name in names}
     chosen: dict[str, Any] = {
-        name: (gap_by_shape if name == "gap" else by_shape)(each)
+        name: by_shape(each, takes if name == "gap" else takes_bodies)
         for name, each in hooks.items()
         if None not in each
     }
@@ -72,4 +72,4 @@ def pair_parts(
     for at, (name, each) in enumerate(zip(decides, phases, strict=True)):
         if there <= {*spec_of(name).shapes} and each.soonest:
             chosen["soonest"] = of_phase(each.soonest, at)
-    return PairParts(**chosen, shapes=True, numbers=all_numbers(takes, [each.numbers for each in phases]))
+    return PairParts(**chosen, shapes=True, numbers=all_numbers(taken, [each.numbers for each in phases]))

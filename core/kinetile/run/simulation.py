@@ -13,14 +13,14 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, answering
+from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, RecordError, answering
 from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import idle
-from kinetile.kernel.tables import NOBODY, Kernel, read_only
+from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
 from kinetile.plugin.choices import called
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
@@ -40,16 +40,15 @@ from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
-from kinetile.run.saving.snapshot import Snapshot, resumed, take
+from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Accelerate, Insert, Scene, Turn, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
-from kinetile.scene.shapes import Shape
+from kinetile.scene.shapes import Ints, Shape
 from kinetile.statistics import Observed
 
-Integers = npt.NDArray[np.int64]
 OfKinds = Kind | Iterable[Kind] | None
 
 _RUNS = ("run", "step", "be built", "be built again")
@@ -655,7 +654,7 @@ class Simulation(Moment):
         hit = meetings.cast(self._among(kinds), *thrown)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
-    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Integers:
+    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
         """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
         ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
 
@@ -672,7 +671,7 @@ class Simulation(Moment):
         radius: float | None = None,
         k: int | None = None,
         kinds: OfKinds = None,
-    ) -> Integers:
+    ) -> Ints:
         """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
         within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.
 
@@ -725,7 +724,15 @@ class Simulation(Moment):
         """Returns the complete state of this simulation, for ``restore``. Raises RecordError where a run has
         ended with a fault, BusyError while a chunk of a run is under way."""
         with self._alone("be saved"):
-            return take(self._engine, self.scene, self._audit, self._start_energy, self._observed_state)
+            engine, of = self._engine, self._observers
+            if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
+                raise RecordError(
+                    "this simulation has ended with a fault and cannot go on, so it is not saved: what was "
+                    "saved before it can be taken up"
+                )
+            observed = self._saved_observed if of is None else of.state
+            phases = SavedPhases.of(engine.composition)
+            return Snapshot(self.scene, phases, engine.kept(), self._audit, self._start_energy, observed)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene, as ``resume``
@@ -793,9 +800,6 @@ class Simulation(Moment):
             finally:
                 self._lock.release()
 
-    def _observed_state(self) -> Mapping[str, Any] | None:
-        return self._saved_observed if self._observers is None else self._observers.state
-
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
         """Returns the observables of a run, if any: new ones, or those with whose measurements it goes on."""
         if not isinstance(observe, Observed):
@@ -833,7 +837,7 @@ class Simulation(Moment):
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
 
-    def _bodies_of(self, slots: Integers) -> Integers:
+    def _bodies_of(self, slots: Ints) -> Ints:
         return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
 
     def _body_of(self, slot: int) -> int:

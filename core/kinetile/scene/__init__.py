@@ -1,7 +1,5 @@
 """Scenes: the input of a simulation, as a value, from arrays, recipes or files."""
 
-from __future__ import annotations
-
 from kinetile.scene.commands import Accelerate as Accelerate
 from kinetile.scene.commands import Command as Command
 from kinetile.scene.commands import Insert as Insert

@@ -112,7 +112,10 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
     walls_known = not (wrong or "arena" in amiss)
     gravity = _read_gravity(given, extent, walls_known, mistakes)
-    pulls = _read_pulls(given, bodies, gravity, places.unread, mistakes)
+    pulls = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)  # (n, 2), of each body
+    if given.acceleration is not None:
+        own = read_accelerations(given.acceleration, bodies, places.unread.get("acceleration"), mistakes)
+        pulls = np.where(np.isnan(own), pulls, own + 0.0)
     if walls_known:
         mistakes += _check_pulls(bodies, pulls, commands, extent)
     pull = _largest(pulls, commands, gravity)
@@ -279,21 +282,6 @@ def _read_gravity(
     return (0.0, 0.0) if wrong else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
 
 
-def _read_pulls(
-    given: Given,
-    bodies: Bodies,
-    gravity: tuple[float, float],
-    unread: Mapping[str, Bools],
-    mistakes: list[Mistake],
-) -> Floats:
-    """Returns (n, 2) the acceleration of each body: its own, or that of gravity, and 0 if it is immovable."""
-    usual = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)
-    if given.acceleration is None:
-        return usual
-    own = read_accelerations(given.acceleration, bodies, unread.get("acceleration"), mistakes)
-    return np.where(np.isnan(own), usual, own + 0.0)
-
-
 def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple[float, float]:
     """Returns the acceleration that a command gives to a body."""
     if isinstance(command, Insert) and command.acceleration is None:
@@ -344,8 +332,7 @@ def _check_bent(
     extent: Extent | None,
     rules: SceneRules,
 ) -> list[Mistake]:
-    """Checks what a scene with accelerations cannot have: bodies that rest on a wall, but those that settle
-    on walls."""
+    """Checks that no body rests on a wall in a scene with accelerations, but those that settle on walls."""
     mistakes: list[Mistake] = []
     if extent is None:
         return mistakes

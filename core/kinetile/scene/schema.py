@@ -13,6 +13,8 @@ import tomllib
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import getitem
 from typing import Any, TypeAlias, cast
 
 from kinetile.errors import Mistake, SceneError, key_of, nearest, one_of
@@ -189,7 +191,7 @@ def _belongs(place: Place) -> str:
 def _has_shape(tables: Mapping[str, Any], place: Place) -> bool:
     """Whether a body, or one that is inserted, has a shape, or lacks one as other bodies have."""
     rows = [row for row in tables.get("bodies", ()) if isinstance(row, dict)] if place[0] == "bodies" else []
-    return any("shape" in row for row in (_at(tables, place), *rows))
+    return any("shape" in row for row in (reduce(getitem, place, cast(Any, tables)), *rows))
 
 
 def written(place: Place) -> str:
@@ -221,12 +223,6 @@ def expected(place: Place) -> str:
     if isinstance(place[-1], int) or len(place) == 2:
         return "a table"
     return _keys(place)[place[-1]]
-
-
-def _at(tables: Any, place: Place) -> Any:
-    for step in place:
-        tables = tables[step]
-    return tables
 
 
 MOST_BYTES = 64 * 2**20

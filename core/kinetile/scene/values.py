@@ -114,10 +114,6 @@ def _are_names(names: Any) -> bool:
     return isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
 def _is_size(value: Any) -> bool:
     return is_finite(value) and value > 0
 
@@ -178,7 +174,9 @@ VALUES: Mapping[str, Value] = {
     ),
     **dict.fromkeys(("time", "start", "until"), _TIME),
     **dict.fromkeys(("at", "end"), _MOMENT),
-    "broad-phase": Value("the name of a broad phase; options are in [options.NAME]", str, _is_text),
+    "broad-phase": Value(
+        "the name of a broad phase; options are in [options.NAME]", str, lambda name: isinstance(name, str)
+    ),
     "narrow-phases": Value(
         "a list of names of narrow phases; options are in [options.NAME]", _are_names, _are_names
     ),

@@ -18,20 +18,7 @@ import numpy.typing as npt
 
 from kinetile.errors import legible, printable
 from kinetile.kernel.clock import TICKS
-from kinetile.plugin.drawing import (
-    ROLES,
-    At,
-    Box,
-    Coordinate,
-    Entry,
-    Item,
-    Link,
-    Point,
-    Polygon,
-    Segment,
-    points_of,
-    with_points,
-)
+from kinetile.plugin.drawing import ROLES, At, Box, Entry, Item, Link, Point, points_of, with_points
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box, whole_periods
@@ -238,17 +225,14 @@ def corners_of(shape: Item) -> list[Place]:
     return [(_number(x), _number(y)) for x, y in points]
 
 
-def _number(value: Coordinate) -> float:
+def _number(value: float | At) -> float:
     if isinstance(value, At):
         raise TypeError(f"{value} moves with a body; expected a shape of a picture")
     return value
 
 
 def _placed(
-    item: Segment | Box | Polygon | Link,
-    places: dict[int, Place],
-    turns: dict[int, list[float]],
-    scene: Scene,
+    item: Item, places: dict[int, Place], turns: dict[int, list[float]], scene: Scene
 ) -> Iterator[Item]:
     """Yields a shape, with all its images that are seen; a link as a segment to the nearest image."""
     columns, moves = [], []

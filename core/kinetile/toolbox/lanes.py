@@ -5,8 +5,6 @@ Built-in phases use these for bounds of many partners, for certificates of sever
 rows of cells.
 """
 
-from __future__ import annotations
-
 from kinetile.kernel.vectors import LANES as LANES
 from kinetile.kernel.vectors import Floats as Floats
 from kinetile.kernel.vectors import Ticks as Ticks

@@ -22,12 +22,11 @@ SPANS = 4
 
 
 def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
-    """Returns (n,) the reach of each body at the start: its radius and the skin, as in ``k.bodies.reach``.
+    """Returns (n,) the reach of each body at the start: its radius and the skin, as in ``k.bodies.reach``:
+    for sizes in ``prepare``. A scene with an arena is assumed to have walls.
 
-    This is for the sizes in ``prepare``; a scene with an arena is assumed to have walls. It may change
-    later: reaches grow if bodies without walls fly far, if an interactive turn adds
-    energy, and if an arena's walls are left out. Then ``arrange`` is called again, and ``k.bodies.reach``
-    has the present values.
+    Reaches grow if bodies without walls fly far, if an interactive turn adds energy, and if an arena's walls
+    are left out. Then ``arrange`` is called again, and ``k.bodies.reach`` has the present values.
     """
     return np.asarray(scene.radius + skin_at_start(scene, walls=scene.arena is not None).delta)
 

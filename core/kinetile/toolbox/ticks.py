@@ -5,11 +5,8 @@ is what discs (``first_touch``, ``last_touch``; ``touch_about``, if a bound is k
 (``enters``, ``leaves``) take; walls take coordinates (``reaches``). Plans with accelerations are
 ``BentPlans`` (``bent_touch``, ``bent_parting``; ``bent_enters``, ``bent_leaves``; ``bent_wall``). The
 difference of two convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns
-are named here. Along periodic axes ``first_image`` is the first contact of two discs through any image, and
-``first_image_of`` makes the same for other bodies.
+are named here. Along periodic axes ``first_image`` (of discs) and ``first_image_of`` go through all images.
 """
-
-from __future__ import annotations
 
 from kinetile.kernel.certificates.bent import BentAxis as BentAxis
 from kinetile.kernel.certificates.bent import BentPlans as BentPlans

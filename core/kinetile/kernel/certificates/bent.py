@@ -1,10 +1,10 @@
 """When two accelerated discs touch or part, and when one reaches a wall: the exact ticks.
 
-The plans' doubles are read as rationals. Ticks n >= 0 are counted from the later anchor, q is the length of
-one, and Q(n) is |d|^2 - R^2 at tick n, with d the separation, of an image where one is meant, and R the sum
-of the radii; or the gap to a wall. **Rule W**: the contact is at the first n with Q(n + 1) < min(0, Q(n)),
-the first tick in which two come to be deeper in each other. They part where rule W holds of -Q. From 2^62 on
-nothing is predicted. Where a tick ``since`` is given, only those from it on count, in all that is said here.
+Ticks n >= 0 are counted from the later anchor, q is the length of one, and Q(n) is |d|^2 - R^2 at tick n,
+with d the separation, of an image where one is meant, and R the sum of the radii; or the gap to a wall.
+**Rule W**: the contact is at the first n with Q(n + 1) < min(0, Q(n)), the first tick in which two come to be
+deeper in each other. They part where rule W holds of -Q. Where a tick ``since`` is given, only those from it
+on count, in all that is said here.
 
 Let F1(n) be Q(n + 1) - Q(n), and s = ``since``, usually 0. Of two that have just met only ticks from the
 first rise on count, the first n with F1(n) > 0; unless they *press* on each other, F1(s) <= 0 and F1(s + 1) <
@@ -412,8 +412,7 @@ def bent_touch(plans: BentPlans, radius: float, radius2: float, met: bool, about
 
 @hook
 def bent_parting(plans: BentPlans, radius: float, radius2: float, since: int) -> int:
-    """Return how many ticks after the later anchor two overlapping discs part, from ``since`` on, or
-    ``NEVER``."""
+    """Return how many ticks after the later anchor two discs part, from ``since`` on, or ``NEVER``."""
     return int(bent_closely(plans, radius, radius2, -1, 0, 0, since))
 
 

@@ -63,7 +63,6 @@ from kinetile.kernel.certificates.bent_convex_integers import (
     STRIP,
     VALUE,
     farther_out,
-    next_corner,
     sign_exactly,
 )
 from kinetile.kernel.certificates.contact import LARGE, TINY
@@ -89,6 +88,7 @@ from kinetile.kernel.certificates.convex_integers import (
     TY,
     TY_LOW,
     WIDE,
+    next_corner,
 )
 from kinetile.kernel.certificates.integers import LIMIT, as_count, between, narrowed
 from kinetile.kernel.certificates.plans import BentAxis, BentPlans
@@ -322,8 +322,7 @@ def first_inside(f: Numbers, w: Course, kind: int, start: int) -> int:
 
 @subroutine
 def first_outside(f: Numbers, w: Course, kind: int, closed: int, start: int) -> int:
-    """Return the first count from ``start`` on at which a place is outside the line of a face, or on it if
-    ``closed`` is 1."""
+    """Return the first count from ``start`` on at which a place is outside a line, or on it if ``closed``."""
     found = NEVER
     for k in range(int(f[w.row + COUNT])):
         face = w.row + HEAD + k * WIDE
@@ -369,8 +368,7 @@ def face_before(f: Numbers, row: int, face: int) -> int:
 
 @subroutine
 def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
-    """Return the first count from ``start`` on at which a place is over neither of the faces at a corner, but
-    between them."""
+    """Return the first count from ``start`` on at which a place is between the two faces at a corner."""
     before = face_before(f, w.row, corner)
     here = start
     while True:
@@ -488,16 +486,14 @@ def bent_enters(f: Numbers, row: int, plans: BentPlans, met: int, since: int) ->
 
 @apart
 def bent_nearer(f: Numbers, row: int, face: int, plans: BentPlans) -> int:
-    """Return 1 if a second body comes nearer to the line of a face in the tick after the later anchor, seen
-    from a first, exactly; else 0."""
+    """Return 1 if a second body comes nearer to a face of a first in the tick after the later anchor."""
     w = course_of(row, plans)
     return 1 if sign_of(f, w, face, LINE, RATE, 0) < 0 else 0
 
 
 @apart
 def bent_leaves(f: Numbers, row: int, plans: BentPlans, since: int) -> int:
-    """Return how many ticks after the later anchor two convex bodies part that pass through each other, from
-    ``since`` on, or ``NEVER``."""
+    """Return how many ticks after the later anchor two bodies part, from ``since`` on, or ``NEVER``."""
     count = int(f[row + COUNT])
     if count == 1:
         own = from_corner(f, row + HEAD, plans)

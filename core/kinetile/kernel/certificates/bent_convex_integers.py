@@ -19,9 +19,7 @@ from kinetile.kernel.certificates.bent_integers import put_axis, room_of_bends
 from kinetile.kernel.certificates.convex_integers import (
     AX,
     AY,
-    COUNT,
     FLUSH,
-    HEAD,
     LEAST,
     LEAST_GAP,
     LEAST_LENGTH2,
@@ -33,19 +31,19 @@ from kinetile.kernel.certificates.convex_integers import (
     SIZE,
     WAY_X,
     WAY_Y,
-    WIDE,
     along_face,
-    compare_products,
     cross,
     dot,
     from_corner,
     is_nearer,
+    next_corner,
 )
 from kinetile.kernel.certificates.convex_integers import GAP as OWN_GAP
 from kinetile.kernel.certificates.integers import (
     CELLS,
     DX,
     DY,
+    FOURS,
     REACH,
     UX,
     UY,
@@ -57,10 +55,11 @@ from kinetile.kernel.certificates.integers import (
     put,
     put_count,
     room,
+    two_products,
 )
 from kinetile.kernel.certificates.integers import COUNT as TICKS
 from kinetile.kernel.certificates.plans import BentPlans
-from kinetile.kernel.compiled import Numbers, apart, hook, subroutine, zeros
+from kinetile.kernel.compiled import Numbers, apart, subroutine, zeros
 
 GAP, STRIP, LINE, ALONG, BEYOND, AWAY = range(6)
 """Measures: beyond the line of a face moved out by R, or in by the strip, or as it is; along a face from its
@@ -74,13 +73,6 @@ HX, HY = ROOM, ROOM + CELLS
 """Rows of lengths: half of what changes what a tick adds to the separation."""
 
 WHOLE = ROOM + 2 * CELLS
-
-
-@hook
-def next_corner(f: Numbers, row: int, face: int) -> int:
-    """Return the corner at the end of a face."""
-    after = face + WIDE
-    return after if after < row + HEAD + int(f[row + COUNT]) * WIDE else row + HEAD
 
 
 @subroutine
@@ -129,7 +121,7 @@ def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int)
     add_product(m, REACH2, REACH, first, end, REACH, first, end)
     carry(m, REACH2, 2 * first, 2 * end, 1)
     dot(m, LENGTH2, WAY_X, WAY_Y, WAY_X, WAY_Y, first, end)
-    return compare_products(m, gap, gap, REACH2, LENGTH2, first, end)
+    return two_products(m, FOURS, gap, gap, -1, REACH2, LENGTH2, 2 * first, 2 * end)
 
 
 @apart

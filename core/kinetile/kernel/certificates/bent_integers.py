@@ -6,8 +6,7 @@ both are signs of whole numbers. Let F1(n) = Q(n + 1) - Q(n), F2 and F3 the diff
 degree 3, 2 and 1. A sequence is monotone where its differences do not change between negative and not
 negative. So F3 is monotone; bisection finds where it changes; between these places F2 is monotone, and so on:
 F1 is negative in the whole of each of at most eight pieces, or nowhere in it. In a piece where it is, Q
-falls, and bisection finds the first tick with Q < 0. No root is computed, and nothing is said of the time
-between two ticks.
+falls, and bisection finds the first tick with Q < 0.
 
 Cells
 =====

@@ -13,19 +13,12 @@ velocity, R the sum of the radii, q(T) = |d(T)|^2 - R^2 and B(T) = d(T).v, two d
 * *refusal*: B(s), or |d x v| against R |v|, is beyond the bound of its rounding;
 * *estimate* of the root: (|d|^2 - R^2) / (-d.v + sqrt(R^2 |v|^2 - (d x v)^2)). The textbook's discriminant
   is the same number, but loses (|d| / R)^2 ulps to cancellation where this one loses |d| / R;
-* *one Newton step* from there, q in compensated arithmetic. The error of the step has a bound, made of the
-  errors of q and of the slope, and of the curvature. Where no whole tick lies within it of the root, the
-  floor is known; and a slope that is surely downward, with a curvature that is small against it, shows that
-  there is a root, and that it is the first.
+* *one Newton step* from there, q in compensated arithmetic, with a bound of its error. Where no whole tick
+  lies within that of the root, the floor is known; and a slope that is surely downward, with a curvature that
+  is small against it, shows that there is a root, and that it is the first.
 
-Where it is known about when they touch, from a lower bound, the step is made from there instead, and is all:
-what makes it sure does not depend on where it begins (``touch_about``).
-
-``look_closer`` takes what that leaves open: ties of lattices, grazes, contacts at the anchor. It takes
-more steps from the estimate, each at a whole tick K and with the same bounds. Two ways to an end are new. A
-root that is surely within a tick of K is settled by the sign of q(K), beyond its error. And where nothing was
-rounded off on the way, as on a lattice in small dyadic numbers, the sign is exact however small: that settles
-ties. The rest goes to ``integers``, and so do sizes that doubles cannot square, without an estimate.
+``look_closer`` takes what that leaves open: ties of lattices, grazes, contacts at the anchor. The rest goes
+to ``integers``, and so do sizes that doubles cannot square, without an estimate.
 
 ``last_touch`` is the other root::
 
@@ -33,10 +26,6 @@ ties. The rest goes to ``integers``, and so do sizes that doubles cannot square,
     q >= 0 at all times       s: they miss each other, or are tangent
     v = 0                     never: they overlap, and keep doing so
     else                      s + floor(last root of q); never from s + 2^62 on
-
-It is found as the first is, with time turned round: by an estimate and a step (``left``), or ``integers``.
-
-The bounds and each constant are derived below.
 
 Error bounds
 ============
@@ -46,26 +35,22 @@ of order u times a bound are left out of the bound: they are below 2^-48 of it, 
 P is ``per_time``, ticks in a unit of time; a tick is a power of two, at most 2^-52, so multiplying by it or
 by P is exact. ``plus`` gives the rounded sum and what was lost, exactly (Knuth, *Seminumerical Algorithms*,
 4.2.2); ``product_error`` what a product lost (a fused multiply-add, or Dekker, Numerische Mathematik 18,
-1971). Filters in front of exact arithmetic: Shewchuk, Discrete & Computational Geometry 18 (1997). A bound
-that is too wide costs time; one that is too narrow could give a wrong result.
+1971). Filters in front of exact arithmetic: Shewchuk, Discrete & Computational Geometry 18 (1997).
 ``tests/core/kernel/certificates/test_claims.py`` compares the bounds with fractions.
 
 Sizes
 =====
 
 The filters work where the sum of the radii and the relative speed are above SMALL = 2^-200, and they and all
-lengths below LARGE = 2^200; integers do the rest. A prediction reaches 2^62 ticks, at most 2^10 units of
-time, so |u_x t| < 2^211 and no coordinate is above 2^212. Then nothing overflows: the largest products are
-slope^2 and speed^2 q, below 2^850. And R^2 |u|^2 >= 2^-801 is a normal number. Values that are not finite
-fail every comparison and are left to integers.
+lengths below LARGE = 2^200. A prediction reaches 2^62 ticks, at most 2^10 units of time, so |u_x t| < 2^211
+and no coordinate is above 2^212. Then nothing overflows: the largest products are slope^2 and speed^2 q,
+below 2^850. And R^2 |u|^2 >= 2^-801 is a normal number. What is not finite fails every comparison.
 
 *Underflow.* A product that underflows is off by 2^-1075, ``product_error`` by at most 2^-1073; so a place by
 less than 2^-1071, and a product of a place with a speed by less than 2^-870. **TINY = 2^-500** is in every
-bound of such products. It is that large so that a slope that passes, above 8 TINY, has a normal square. (With
-2^-960, two overlapping discs that part were reported to meet at once: a velocity of 2^-825 against one of
-2^199.) In q the positions' underflow comes to 2^-1069 |x|, which is negligible against 2^-98 (x_far |x| +
-R^2), R^2 being at least 2^-400. ``kept`` asks for products above TINY, because below 2^-968 a product's error
-may be no double.
+bound of such products: so large that a slope that passes, above 8 TINY, has a normal square. In q the
+positions' underflow comes to 2^-1069 |x|, negligible against 2^-98 (x_far |x| + R^2), R^2 being at least
+2^-400. ``kept`` asks for products above TINY, because below 2^-968 a product's error may be no double.
 
 The separation (seen)
 =====================
@@ -86,25 +71,19 @@ m - f)), the difference (u^2 (2 m + f)); together
 The separation of an image
 ==========================
 
-Through an image that is n periods P further on (rule 5p) D = x2 - x + n P - vx (time + rest). Here n counts
-between the plans' places, and is a whole number below 2^32, so exact. Let g = |moved|, moved = fl(n P), and m
-= |x| + |x2| + f + g. The code has far = fl(x2 - x), there = fl(far + moved), d = fl(there - flown), so
-|far_low| <= u (m - f - g), |there_low| <= u (m - f), |d_low| <= u m, and the product n P is off by u g at
-most: together with the 2 u f of the flight as before
-
-    |low| <= u ((m - f - g) + (m - f) + m + g + 2 f) = 3 u m
-
-the same bound; a period more costs no more than its share of m. ``low`` is rounded six times: vx rest (u^2
-f), its sum with the error (2 u^2 f), far_low + there_low (u^2 (2 m - 2 f - g)), d_low and the error of n P
-(u^2 (m + g)), the sum of these two (u^2 (3 m - 2 f)), the difference (3 u^2 m); together
+Through an image that is n periods P further on (rule 5p) D = x2 - x + n P - vx (time + rest), n being a
+whole number below 2^32. Let moved = fl(n P), g = |moved|, m = |x| + |x2| + f + g. With far = fl(x2 - x),
+there = fl(far + moved), d = fl(there - flown) is |far_low| <= u (m - f - g), |there_low| <= u (m - f),
+|d_low| <= u m, and n P is off by u g at most: with the 2 u f of the flight |low| <= 3 u m again. ``low`` is
+rounded six times: vx rest (u^2 f), its sum with the error (2 u^2 f), far_low + there_low (u^2 (2 m - 2 f -
+g)), d_low and the error of n P (u^2 (m + g)), the sum of these two (u^2 (3 m - 2 f)), the difference (3 u^2
+m); together
 
     |D - d - low| <= u^2 (9 m - f) <= 9 u^2 m                                                            (1')
 
-All that follows uses |low| <= 3 u m, |d| <= m and (1), and (1') in its place is 2 u^2 m more. In (2) it makes
-24 u^2 M of 22, in the square 48 of 44, in q 108 u^2 Z of 104: 2^-98 = 256 u^2 is still twice what q can be
-off by, and 2^-50 in ``along``, which has nothing of (1) in it, stays as it is. *Sizes*: a period is above the
-sum of two radii, so above SMALL, and m has it: below LARGE, no product overflows, and an error of n P does
-not underflow. For *exact* signs ``is_whole`` asks for the product n P and the sum with it as well.
+In the place of (1) that is 2 u^2 m more: in (2) 24 u^2 M, in the square 48, in q 108 u^2 Z, and 2^-98 = 256
+u^2 is still twice what q can be off by. *Sizes*: a period is above the sum of two radii, so above SMALL, and
+m has it: below LARGE, no product overflows, and an error of n P does not underflow.
 
 Refusals
 ========
@@ -143,8 +122,7 @@ gap, both_low, gap_low, the three products' errors (``squares``), and ``mixed``;
 | + mixed | 13 u Z + 4 u r | 13 Z + 4 r |
 
 Together with 44 Z: 104 u^2 Z + 14 u^2 r. The last sum is q, and loses u |q|. So |error of q| <= 128 u^2 (Z +
-r) + u |q|, and the code takes **2^-98**, twice that. The hardest encounters that climbing finds reach a
-twentieth of that, since the roundings on the way do not all go one way.
+r) + u |q|, and the code takes **2^-98**, twice that.
 
 *The slope*, -X.U, is computed as -(x ux + y uy). An axis leaves out x_rest, 5 u m |ux| + 3 u |x| |ux|, and w,
 u |x| |ux|; two roundings are 2 u |x| |ux|: together at most 6 u M |ux|. ``slope_error`` has **2^-49 = 16 u**,
@@ -169,27 +147,24 @@ This does not depend on the origin of t: the estimate need not be good, nor near
 - the computed step has two roundings, 2 u |s0|.
 
 ``bound`` is (e / s' + |step| (bent + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms is more than
-what it stands for, by enough for its own roundings (16 u against 2 u and 1 u below). The last, 8 u, is for
-what happens to the fraction: ``ticks`` less its whole part is exact; adding the step loses u (1 + |step| P),
-taking the floor away u, comparing u.
+what it stands for, by enough for its own roundings. The last, 8 u, is for the fraction: ``ticks`` less its
+whole part is exact; adding the step loses u (1 + |step| P), taking the floor away u, comparing u.
 
 So the root lies within ``bound`` of base + part, and if no whole tick does, its floor is base + down. The
 bend has shown that B < 0 at the anchor. If the floor is negative, the root is before the anchor, and the
 anchor between the roots: q < 0 there, they touch at once, 0. From 2^62 on it is never.
 
-*From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact, and
-nothing else is asked: B rises with time, by K a unit, so a slope surely down at t says that B < 0 at the
-anchor, and the rest is as above.
+*From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact: B
+rises with time, by K a unit, so a slope surely down at t says that B < 0 at the anchor.
 
-*The last root* (``left``), where discs part that pass through each other, is the first if time is turned
-round: the slope is negated, and so is the step; no other bound changes. A floor below 0 says that both roots
-are before the anchor: they are apart, 0.
+*The last root* (``left``) is the first if time is turned round: the slope is negated, and so is the step; no
+other bound changes. A floor below 0 says that both roots are before the anchor: they are apart, 0.
 
 A closer look
 =============
 
-Every K is a whole tick, so t is exact. With ``known``, the sign of q is beyond its error, or exact. Approach
-has been shown, by ``along`` or exactly.
+More steps follow from the estimate, each at a whole tick K, so t is exact. With ``known``, the sign of q is
+beyond its error, or exact. Approach has been shown, by ``along`` or exactly.
 
 - q(0) <= 0: 0. And q(K) >= 0 with a slope surely down at K = 2^62: the first root is there or later, or
   nowhere: never.
@@ -200,8 +175,8 @@ has been shown, by ``along`` or exactly.
 - With a bound below 1/4, and |part| < 1/2, the root is within 3/4 tick of K: q(K) >= 0 says that its floor is
   K, q(K) < 0 that it is K - 1.
 - *Exact.* If every sum and product from the plans to d and u lost nothing (``is_whole``), and those from d,
-  u, t to the squares too, then the last difference is rounded, but its sign is right, also when it is 0. Its
-  rounding, u |q|, is in 2^-49.
+  u, t to the squares too, as on a lattice in small dyadic numbers, then the last difference is rounded, but
+  its sign is right, also when it is 0: that settles ties. Its rounding, u |q|, is in 2^-49.
 
 A step that decides nothing moves K; after eight of them, or if the sign of a slope is not certain, integers
 decide, from the last K.
@@ -265,8 +240,7 @@ def whole_sum(a: float, b: float) -> bool:
 
 @hook
 def flown_for(plans: Plans) -> tuple[float, float]:
-    """Return for how long the first body has flown at the later anchor: a rounded time, and what rounding
-    took from it."""
+    """Return how long the first body has flown at the later anchor, rounded, and what rounding took off."""
     count = float(plans.elapsed)
     return count * plans.tick, float(plans.elapsed - int(count)) * plans.tick
 
@@ -304,8 +278,7 @@ def along(x: Separation, ux: float, y: Separation, uy: float) -> tuple[float, fl
 
 @hook
 def after(t: float, s: Separation) -> tuple[float, float]:
-    """Return what a separation is a time t after the later anchor: a rounded number, and nearly what rounding
-    took from it."""
+    """Return a separation a time t after the later anchor, rounded, and nearly what rounding took off."""
     flown = s.u * t
     place, rest = plus(s.d, flown)
     return place, rest + (product_error(s.u, t, flown) + (s.low + s.w * t))
@@ -382,13 +355,6 @@ def is_whole(axis: Axis, time: float, rest: float) -> bool:
 
 
 @hook
-def are_whole(plans: Plans) -> bool:
-    """Whether (d, u) of both ``separations`` are exact."""
-    time, rest = flown_for(plans)
-    return is_whole(plans.x, time, rest) and is_whole(plans.y, time, rest)
-
-
-@hook
 def about(x: Separation, y: Separation, reach: float) -> float:
     """Return about when two discs touch, in the unit of d / u."""
     cross = x.d * y.u - y.d * x.u
@@ -427,7 +393,9 @@ def look_closer(plans: Plans, radius: float, radius2: float) -> int:
     per_time = plans.per_time
     guess = 0
     if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
-        lossless = are_whole(plans) and reach_low == 0.0 and kept(reach, reach, reach * reach)
+        time, rest = flown_for(plans)
+        lossless = is_whole(plans.x, time, rest) and is_whole(plans.y, time, rest)
+        lossless = lossless and reach_low == 0.0 and kept(reach, reach, reach * reach)
         bend, bend_error = along(x, x.u, y, y.u)
         approach = bend < -bend_error
         if not approach and lossless and kept(x.d, x.u, x.d * x.u) and kept(y.d, y.u, y.d * y.u):
@@ -562,8 +530,7 @@ def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: 
 
 @apart
 def last_touch(plans: Plans, radius: float, radius2: float) -> int:
-    """Return how many ticks after the later anchor two overlapping discs part, rounded down exactly, or
-    ``NEVER``."""
+    """Return how many whole ticks after the later anchor overlapping discs part, exactly, or ``NEVER``."""
     x, y = separations(plans)
     found, t = left(x, y, radius, radius2, plans.per_time)
     if found != OPEN:

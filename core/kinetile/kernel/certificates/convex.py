@@ -2,29 +2,18 @@
 
 Seen from the first body, the place d of the second moves on a line, and the two touch where d is as far from
 the difference M of their cores as the sum R of their radii (docs/specification.md, rule 5s). So a place
-enters a convex polygon with a margin. ``enters`` finds the tick in double, with bounds of all rounding:
+enters a convex polygon with a margin. ``enters`` finds the tick in double: the place comes within the lines
+of all faces, moved out by R, at the last crossing inwards, unless it has crossed one outwards before. Then
+one step in compensated arithmetic says in which tick the gap to this face is none (``tick_at_face``).
 
-* In double, the place crosses the line of each face, moved out by R, at some time: inwards or outwards. It
-  comes within all of them at the last crossing inwards, unless it has crossed one outwards before: then it
-  never enters.
-* If R > 0 and it is then beyond an end of that last face, it is in a tip, which the margin does not fill, and
-  from there only the disc around this corner can be entered: a question about two discs (``contact``).
-* Otherwise it enters across that face. The gap to a line is a straight function of time, and one step in
-  compensated arithmetic says in which tick it is none, where that is not so near to a whole tick that the
-  bound reaches it (``tick_at_face``).
-
-Scenes on lattices have crossings at whole ticks all the time. There the coordinates of the place are whole
-multiples of a power of two, the *grain*: of the lowest bits of places, and of speeds times a tick. So is the
-gap of what has no margin, and a gap that is smaller than its grain is none (``by_ticks``).
-
-A place that is found to enter may do so where M is only grazed, by no more than what is flush: it does not
-count (``runs_deep``). What any of these leaves open is decided in whole numbers (``convex_integers``).
+Scenes on lattices have crossings at whole ticks all the time (``by_ticks``). A place may enter where M is
+only grazed, by no more than what is flush: it does not count (``runs_deep``). What any of these leaves open
+is decided in whole numbers (``convex_integers``).
 
 Error bounds
 ============
 
-A place enters a convex polygon with a margin (``convex.py``; rule 5s). u is 2^-53, size the sum of all
-magnitudes that d and the corners are made of.
+u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
 
 - *In double.* The gap to the line of each face, moved out by R, n.d - h with n of length 1, is off by less
   than eight roundings of size: 2^-48 size covers it. Its rate n.v is off by less than 2^-50 of |vx| + |vy|.
@@ -33,11 +22,11 @@ magnitudes that d and the corners are made of.
   the face or beyond one of its corners. Rates within their error, ties of two faces and starts on a line are
   left open.
 - *A corner.* From a tip, outside the margin but inside the lines of two faces, only the disc around their
-  corner can be entered, or the lines be left: the question of two discs above, the corner taken off d and off
-  its rounding.
+  corner can be entered, or the lines be left: a question about two discs (``contact``), the corner taken off
+  d and off its rounding.
 - *A face.* With x + rest, x a double, along each axis, and the vector along the face a sum of two doubles,
   n.d - h is computed with every rounding of a product or a sum caught but those of products of two roundings:
-  2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as above.
+  2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as of discs.
 - *Ties.* Where no margin is left to be rounded, the ticks of all crossings decide if they are known and
   differ (``by_ticks``). At a whole tick the coordinates of the place are whole multiples of a power of two,
   its grain: the least of the lowest bits of both places and of both velocities times a tick. The gap to a
@@ -104,6 +93,7 @@ from kinetile.kernel.certificates.convex_integers import (
     WIDE,
     enters_exactly,
     leaves_exactly,
+    next_corner,
 )
 from kinetile.kernel.certificates.integers import LIMIT, as_count
 from kinetile.kernel.certificates.plans import Axis, Plans
@@ -180,11 +170,8 @@ def tick_at_face(
     f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float, grain: float
 ) -> int:
     """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
-    it does at about a time t > 0; ``OPEN`` if that is not sure.
-
-    One step from there, the gap in compensated arithmetic. Where that ends at a whole tick, or
-    nearly, it is that one if the gap is none there: at whole ticks it is a multiple of ``grain``.
-    """
+    it does at about a time t > 0; ``OPEN`` if that is not sure. At whole ticks the gap is a multiple of
+    ``grain``."""
     left, error = gap_to_face(f, face, t, x, y)
     rate = f[face + TX] * y.u - f[face + TY] * x.u
     unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
@@ -272,13 +259,24 @@ def runs_deep(f: Numbers, row: int, x: Separation, y: Separation) -> bool:
     return count == 1 or (left > least and right > least)
 
 
+@hook
+def along_face(
+    f: Numbers, row: int, face: int, x: Separation, y: Separation, t: float
+) -> tuple[float, float]:
+    """Return how far a place is beyond the first and the last corner of a face at a time, along its way."""
+    end = next_corner(f, row, face)
+    nx = f[face + NX]
+    ny = f[face + NY]
+    px = x.d + x.u * t
+    py = y.d + y.u * t
+    first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
+    return first, nx * (py - f[end + CY]) - ny * (px - f[end + CX])
+
+
 @apart
 def enters(f: Numbers, row: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two convex bodies touch, rounded down exactly, or
-    ``NEVER``.
-
-    ``row`` is where the row of their difference begins in the table ``f``.
-    """
+    ``NEVER``; ``row`` is where the row of their difference begins in the table ``f``."""
     x, y = separations(plans)
     per_time = plans.per_time
     count = int(f[row + COUNT])
@@ -349,14 +347,9 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
             over = True
             if reach > 0.0:
                 around = doubt + speed * error
-                next_corner = face + WIDE
-                next_corner = faces if next_corner == faces + count * WIDE else next_corner
-                px = x.d + x.u * t
-                py = y.d + y.u * t
-                first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
-                last = nx * (py - f[next_corner + CY]) - ny * (px - f[next_corner + CX])
+                first, last = along_face(f, row, face, x, y, t)
                 over = first > around and last < -around
-                nearest = face if first < -around else next_corner
+                nearest = face if first < -around else next_corner(f, row, face)
                 if not over:
                     known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
                     corner = nearest
@@ -391,21 +384,6 @@ def enters(f: Numbers, row: int, plans: Plans) -> int:
 
 
 @hook
-def along_face(
-    f: Numbers, row: int, face: int, x: Separation, y: Separation, t: float
-) -> tuple[float, float]:
-    """Return how far a place is beyond the first and the last corner of a face at a time, along its way."""
-    after_last = row + HEAD + int(f[row + COUNT]) * WIDE
-    end = face + WIDE if face + WIDE < after_last else row + HEAD
-    nx = f[face + NX]
-    ny = f[face + NY]
-    px = x.d + x.u * t
-    py = y.d + y.u * t
-    first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
-    return first, nx * (py - f[end + CY]) - ny * (px - f[end + CX])
-
-
-@hook
 def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
     """Return the corner whose disc a place leaves last, or that which it passes nearest."""
     reach = f[row + RADIUS]
@@ -427,12 +405,7 @@ def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
 @apart
 def leaves(f: Numbers, row: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two convex bodies part that pass through each other,
-    rounded down exactly, or ``NEVER`` (rule 11s).
-
-    Who goes out of a convex outline at one of its points never comes back. So they part where a place surely
-    crosses the line of a face outwards between its ends, or leaves the disc around a corner between the lines
-    across the faces beside it. What is not sure is decided in whole numbers, from a guess.
-    """
+    rounded down exactly, or ``NEVER`` (rule 11s)."""
     x, y = separations(plans)
     per_time = plans.per_time
     count = int(f[row + COUNT])

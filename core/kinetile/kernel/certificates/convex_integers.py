@@ -1,12 +1,7 @@
 """Contacts of convex bodies in whole numbers: the last resort, right for all finite doubles.
 
-A place enters a convex polygon with a margin (``convex``; docs/specification.md, rule 5s) if its line has
-M with its margin on both sides, by more than what is flush. And floor(T) is the greatest tick at which it is
-outside, or touches, and comes nearer: bisection finds that, since both cease for good. All of it are signs of
-sums of products, in rows of digits as in ``integers``.
-
-A difference is a row of doubles in a table that a narrow phase makes (``kinetile.toolbox.differences``):
-its corners and the ways of its faces are exact, as sums of two doubles each.
+What is asked (``convex``) are signs of sums of products, in rows of digits as in ``integers``. A difference
+is a row of doubles in a table that a narrow phase makes (``kinetile.toolbox.differences``).
 """
 
 from __future__ import annotations
@@ -33,10 +28,11 @@ from kinetile.kernel.certificates.integers import (
     put_count,
     read_in,
     room,
+    two_products,
 )
 from kinetile.kernel.certificates.integers import COUNT as TICKS
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.compiled import Numbers, apart, larger, subroutine, zeros
+from kinetile.kernel.compiled import Numbers, apart, hook, larger, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 
 COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, FLUSH, HEAD = range(8)
@@ -68,6 +64,13 @@ MOST = 16
 """Corners that a difference of two cores can have."""
 
 ROOM = SIGNS + 3 * MOST
+
+
+@hook
+def next_corner(f: Numbers, row: int, face: int) -> int:
+    """Return the corner at the end of a face."""
+    after = face + WIDE
+    return after if after < row + HEAD + int(f[row + COUNT]) * WIDE else row + HEAD
 
 
 @subroutine
@@ -113,30 +116,13 @@ def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
 @subroutine
 def dot(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
     """Put the scalar product of two vectors in a row; return its sign."""
-    clear(m, target, 2 * first, 2 * end)
-    add_product(m, target, ax, first, end, bx, first, end)
-    add_product(m, target, ay, first, end, by, first, end)
-    return carry(m, target, 2 * first, 2 * end, 1)
+    return two_products(m, target, ax, bx, 1, ay, by, first, end)
 
 
 @subroutine
 def cross(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
     """Put the cross product of two vectors in a row; return its sign."""
-    clear(m, target, 2 * first, 2 * end)
-    add_product(m, target, ay, first, end, bx, first, end)
-    carry(m, target, 2 * first, 2 * end, -1)
-    add_product(m, target, ax, first, end, by, first, end)
-    return carry(m, target, 2 * first, 2 * end, 1)
-
-
-@subroutine
-def compare_products(m: Cells, a: int, b: int, c: int, d: int, first: int, end: int) -> int:
-    """Return the sign of a b - c d, of products of two."""
-    clear(m, FOURS, 4 * first, 4 * end)
-    add_product(m, FOURS, c, 2 * first, 2 * end, d, 2 * first, 2 * end)
-    carry(m, FOURS, 4 * first, 4 * end, -1)
-    add_product(m, FOURS, a, 2 * first, 2 * end, b, 2 * first, 2 * end)
-    return carry(m, FOURS, 4 * first, 4 * end, 1)
+    return two_products(m, target, ax, by, -1, ay, bx, first, end)
 
 
 @subroutine
@@ -199,8 +185,7 @@ def outside_of(m: Cells, f: Numbers, faces: int, count: int, first: int, end: in
 
 @subroutine
 def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int) -> tuple[int, bool]:
-    """Return the sign of the distance of a place from M, less R, at a count of ticks after the later anchor,
-    and whether it falls there."""
+    """Return the sign of a place's distance from M, less R, at a count of ticks, and whether it falls."""
     place_at(m, first, end, ticks)
     count = int(f[row + COUNT])
     faces = row + HEAD
@@ -239,7 +224,7 @@ def distance_at(m: Cells, f: Numbers, row: int, first: int, end: int, ticks: int
             falls = cross(m, SUM, UX, UY, WAY_X, WAY_Y, first, end) < 0
             cross(m, GAP, AX, AY, WAY_X, WAY_Y, first, end)
             dot(m, LENGTH2, WAY_X, WAY_Y, WAY_X, WAY_Y, first, end)
-            return compare_products(m, GAP, GAP, REACH2, LENGTH2, first, end), falls
+            return two_products(m, FOURS, GAP, GAP, -1, REACH2, LENGTH2, 2 * first, 2 * end), falls
     return -1, False
 
 
@@ -288,7 +273,7 @@ def passes_through(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool
     for k in range(int(f[row + COUNT])):
         from_corner(m, f, row + HEAD + k * WIDE, DX, DY, first, end)
         side = cross(m, GAP, AX, AY, UX, UY, first, end)
-        farther = compare_products(m, GAP, GAP, LEAST_GAP, SPEED2, first, end)
+        farther = two_products(m, FOURS, GAP, GAP, -1, LEAST_GAP, SPEED2, 2 * first, 2 * end)
         left = left or (side >= 0 or farther < 0 if wider else side > 0 and farther > 0)
         right = right or (side <= 0 or farther < 0 if wider else side < 0 and farther > 0)
     return left and right and (f[row + COUNT] > 2.0 or f[row + RADIUS] > 0.0)
@@ -323,7 +308,7 @@ def goes_into(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
     for k in range(int(f[row + COUNT])):
         from_corner(m, f, row + HEAD + k * WIDE, DX, DY, first, end)
         side = cross(m, GAP, AX, AY, UX, UY, first, end)
-        nearer = compare_products(m, GAP, GAP, REACH2, SPEED2, first, end) < 0
+        nearer = two_products(m, FOURS, GAP, GAP, -1, REACH2, SPEED2, 2 * first, 2 * end) < 0
         left = left or side > 0 or nearer
         right = right or side < 0 or nearer
     return left and right
@@ -331,11 +316,7 @@ def goes_into(m: Cells, f: Numbers, row: int, first: int, end: int) -> bool:
 
 @apart
 def leaves_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
-    """Return what ``leaves`` does, for finite numbers of any size; for others 0.
-
-    Until it has parted for good a place is in M with its margin, or comes nearer to it on a line that goes
-    into it.
-    """
+    """Return what ``leaves`` does, for finite numbers of any size; for others 0."""
     if f[row + COUNT] < 3.0 and f[row + RADIUS] == 0.0:
         return 0
     m = zeros(ROOM)

@@ -3,29 +3,16 @@
 Every double is a whole number times a power of two, and so is all that is made of them by sums and
 products. With D and U the separation at the later anchor and what a tick adds to it, q at a whole tick K is
 |D|^2 - R^2 + 2 D.U K + |U|^2 K^2: a *quadratic* c + 2 b K + a K^2 of whole numbers. Half its rate, b + a K,
-is B, and b^2 - a c its discriminant; all their signs are exact. The floor of the first root is the greatest K
-with q(K) >= 0 and B(K) < 0: once that has ceased to hold it does not hold again, so bisection finds it, from
-wherever it starts. The floor of the last root is likewise the greatest K with q(K) <= 0 or B(K) <= 0. Some
-microseconds, more where the guess is bad.
-
-A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
-zero. Digits are signed, and after ``carry`` at most 2^25 in size, so all that is below a digit is less
-than one unit of it, and the sign of a number is that of its highest digit that is not zero. A product of two
-such digits is at most 2^50: a cell holds 4,096 of them, more than any sum here has.
-
-All rows are in one array, ``m``, each known by where it begins. A double is three digits. Rows of lengths,
-and of speeds times a tick, have their zero in cell ``ZERO``; in a product zeros add up. Counts of ticks
-have theirs in cell 0. The lowest bit of a double is worth 2^-1126 or more, brought to 53 bits, and 2^971 at
-most, and a tick is 2^-1100 to 2^-52: so a row of lengths takes ``CELLS`` cells, and none is before the
-first or behind the last.
-
-Why it is right
-===============
+is B, and b^2 - a c its discriminant; all their signs are exact.
 
 B >= 0 at the anchor: never; q <= 0: 0; a discriminant <= 0: never. Otherwise "q(K) >= 0 and B(K) < 0" is
-true from 0 to the floor of the first root, then q < 0 up to the second root, and then B > 0. It does not
-become true again, so bisection finds the last K with it, whatever the guess. And "q(K) <= 0 or B(K) <= 0" is
-true up to the floor of the last root, or of the vertex where there is no root.
+true from 0 to the floor of the first root, and never again, so bisection finds the last K with it, whatever
+the guess. And "q(K) <= 0 or B(K) <= 0" is true up to the floor of the last root, or of the vertex where there
+is no root. Some microseconds, more where the guess is bad.
+
+A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
+zero: cell ``ZERO`` for lengths and for speeds times a tick, cell 0 for counts of ticks; in a product zeros
+add up. All rows are in one array, ``m``, each known by where it begins.
 
 *Digits.* After ``carry`` a digit is from -2^25 to 2^25 - 1. All below a digit is at most 2^25 (1 + 2^26 + ...
 ) < 1 unit of it, so the highest that is not zero has the number's sign. A cell gets one product for each pair
@@ -171,12 +158,13 @@ def as_count(ticks: float) -> int:
 
 
 @subroutine
-def sign_of_discriminant(m: Cells, first: int, end: int) -> int:
-    """Return the sign of b^2 - a c, of a quadratic in cells from the first to before the end."""
-    add_product(m, FOURS, SQUARE, first, end, CONSTANT, first, end)
-    carry(m, FOURS, 2 * first, 2 * end, -1)
-    add_product(m, FOURS, HALF_RATE, first, end, HALF_RATE, first, end)
-    return carry(m, FOURS, 2 * first, 2 * end, 1)
+def two_products(m: Cells, row: int, a: int, b: int, way: int, c: int, d: int, first: int, end: int) -> int:
+    """Put a b + c d in a row, or a b - c d where ``way`` is -1 and not 1; return its sign."""
+    clear(m, row, 2 * first, 2 * end)
+    add_product(m, row, c, first, end, d, first, end)
+    carry(m, row, 2 * first, 2 * end, way)
+    add_product(m, row, a, first, end, b, first, end)
+    return carry(m, row, 2 * first, 2 * end, 1)
 
 
 @subroutine
@@ -231,22 +219,20 @@ def root_of(m: Cells, first: int, end: int, guess: int, last: bool) -> int:
 
 @subroutine
 def first_root(m: Cells, first: int, end: int, guess: int) -> int:
-    """Return the floor of the first root of a quadratic, 0 if only the last one is still to come; ``NEVER``
-    if there is none from 0 on."""
+    """Return the floor of a quadratic's first root, 0 if only the last is to come, ``NEVER`` if none is."""
     rate, value = signs_at(m, first, end, 0)
     if rate >= 0:
         return NEVER
     if value <= 0:
         return 0
-    if sign_of_discriminant(m, first, end) <= 0:
+    if two_products(m, FOURS, HALF_RATE, HALF_RATE, -1, SQUARE, CONSTANT, first, end) <= 0:  # b^2 - a c
         return NEVER
     return root_of(m, first, end, guess, False)
 
 
 @subroutine
 def put_axis(m: Cells, d: int, u: int, axis: Axis, power: int, first: int, end: int) -> None:
-    """Put the separation along an axis, and what a tick adds to it, into two rows; the count of elapsed ticks
-    is in its own."""
+    """Put the separation along an axis, and what a tick adds, into two rows; elapsed ticks are in theirs."""
     put(m, u, axis.v, power, -1)
     add_product(m, d, u, first, end - 3, COUNT, 0, 3)
     put(m, u, axis.v2, power, 1)
@@ -292,8 +278,7 @@ def read_in(
 
 @subroutine
 def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, parting: bool) -> int:
-    """Return what ``first_touch`` does, or ``last_touch`` for a parting, for finite numbers of any size; for
-    others ``NEVER``, or 0."""
+    """Return what ``first_touch`` or ``last_touch`` does; for numbers that are not finite ``NEVER``, or 0."""
     m = zeros(MEMORY)
     first, end = read_in(m, plans, radius, radius2)
     if end > CELLS:
@@ -311,6 +296,7 @@ def touch_of_integers(plans: Plans, radius: float, radius2: float, guess: int, p
     if not parting:
         return first_root(m, first, end, guess)
     rate, gap = signs_at(m, first, end, 0)
-    if gap > 0 and (rate >= 0 or sign_of_discriminant(m, first, end) <= 0):
+    discriminant = two_products(m, FOURS, HALF_RATE, HALF_RATE, -1, SQUARE, CONSTANT, first, end)
+    if gap > 0 and (rate >= 0 or discriminant <= 0):
         return 0
     return root_of(m, first, end, guess, True)

@@ -169,10 +169,9 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
     ``scale`` is a time in which the numbers that it was made of change as much as they are. No bound is much
     later than that, for then rounding is no longer what it was.
 
-    The interval is found first in which it may rise: all are looked at, which do not wait for each other, for
-    what time is spent on here is divisions that do. They are the shorter the earlier, for after a flip a
-    polynomial falls from almost zero: a bound for longer than it takes to rise again would be almost nothing.
-    Then there are steps, each at most as long as the one before.
+    First comes the interval in which it may rise: all are looked at, since divisions do not wait for each
+    other there. They are the shorter the earlier, for after a flip a polynomial falls from almost zero. Then
+    there are steps, each at most as long as the one before.
     """
     zero = spread(0.0)
     most = spread(1024.0)
@@ -213,12 +212,8 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
 
 @hook
 def ticks_after(k: Kernel, since: int, delay: float) -> int:
-    """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down, or
-    ``NEVER``.
-
-    Rounding down lets a contact be met from outside. A delay that is not a number, or too far to predict, is
-    ``NEVER``.
-    """
+    """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down: so a
+    contact is met from outside. A delay that is not a number, or too far to predict, is ``NEVER``."""
     ticks = delay * k.clock[0].per_time
     if not ticks < FAR:
         return NEVER

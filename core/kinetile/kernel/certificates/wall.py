@@ -1,13 +1,8 @@
 """When a body reaches a wall: the exact tick.
 
-The gap is ``far - near - radius``, exactly, and closes at an exact speed. With n ticks by a division, what
-is left of the gap after n is known almost exactly: the difference of two numbers that are nearly the same
-is exact, and the error of their product is a double. Its quotient by the speed has a bound, and where no
-whole tick lies within it, the floor is known; else whole numbers decide, as of a bent way
-(``bent_integers``) without an acceleration.
-
-Error bounds
-============
+What is left of the gap after n ticks, n by a division, is known almost exactly. Its quotient by the speed has
+a bound, and where no whole tick lies within it, the floor is known; else whole numbers decide, as of a bent
+way (``bent_integers``) without an acceleration.
 
 The gap G = far - near - radius is gap + between_low + gap_low, exactly. After n = time · P ticks, G - speed
 time = left + left_low + low - lost, all exact but for low. Four roundings, of low, low - lost, + left_low, +

@@ -14,8 +14,6 @@ Phases and kernel are plain Python functions marked with ``hook``. What makes th
 With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger and for coverage.
 """
 
-from __future__ import annotations
-
 from kinetile.kernel.compiled.composer import NotCompiled as NotCompiled
 from kinetile.kernel.compiled.composer import bound as bound
 from kinetile.kernel.compiled.composer import compiling_seconds as compiling_seconds
@@ -27,6 +25,7 @@ from kinetile.kernel.compiled.composer import replaced as replaced
 from kinetile.kernel.compiled.composer import while_compiling as while_compiling
 from kinetile.kernel.compiled.composer import with_numpy as with_numpy
 from kinetile.kernel.compiled.hooks import INTERPRETED as INTERPRETED
+from kinetile.kernel.compiled.hooks import Hook as Hook
 from kinetile.kernel.compiled.hooks import Numbers as Numbers
 from kinetile.kernel.compiled.hooks import apart as apart
 from kinetile.kernel.compiled.hooks import hook as hook

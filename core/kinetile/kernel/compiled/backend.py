@@ -142,13 +142,11 @@ class _Code(JITCodeLibrary):
     """The code of a function that Python calls: optimised once, with all that is linked into it."""
 
     def _optimize_functions(self, module: Any) -> None:
-        """Leaves that for later: a loop that is still small would get its first turn apart, and so all of its
-        code twice."""
+        """Leaves that for later: a small loop would get its first turn apart, and so all its code twice."""
         module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        """Leaves out the cheap round that is for counts of references, and have pairs of numbers, along x and
-        y, as vectors."""
+        """Leaves out the round that is for counts of references, and has pairs along x and y as vectors."""
         made = cast(Any, self._codegen)._module_pass_manager(slp_vectorize=True)
         passes, *how = made if isinstance(made, tuple) else (made,)  # alone before Numba 0.62
         passes.run(self._final_module, *how)
@@ -296,8 +294,7 @@ class _Compiler(Compiler):
 
 
 def told(kind: Any) -> str | None:
-    """Returns what tells a type from all others, in other processes too; None for one that may be another
-    there: that of a function, say."""
+    """Returns what tells a type from others in any process; None where it may be another: a function's."""
     if isinstance(kind, types.BaseTuple):
         inner = [told(each) for each in kind]
         named = isinstance(kind, types.BaseNamedTuple)

@@ -10,13 +10,12 @@ for longest.
 Hooks are here as well, as LLVM's bitcode: after an edit of one, Numba compiles it, what calls it, and the
 loop. That bitcode names no processor; it is kept for one all the same, as machine code is.
 
-Numba loads whatever lies in its cache. A file that a power cut has emptied, or that a disk has changed, would
-end every later run with the unpickler's error; a bit that is flipped within the machine code unpickles well,
-and the process crashes or computes something else; so it is where one file is copied over another. So each
-file ends with a digest of the key that it was written for (the signature, the processor, the function's code)
-and with the SHA-256 of its name and of all that is before it, and nothing is unpickled before both are
-compared. An entry that is not right is dropped, a line of the log ``kinetile`` (on stderr, where logging is
-not set up) says so, and the code is compiled again. Only regular files are opened.
+Numba loads whatever lies in its cache: a file that is damaged, or copied over another, would end every later
+run, or crash it, or compute something else. So each file ends with a digest of the key that it was written
+for (the signature, the processor, the function's code) and with the SHA-256 of its name and of all that is
+before it, and nothing is unpickled before both are compared. An entry that is not right is dropped, a line of
+the log ``kinetile`` (on stderr, where logging is not set up) says so, and the code is compiled again. Only
+regular files are opened.
 """
 
 from __future__ import annotations
@@ -129,8 +128,7 @@ class KeptHook:
         return found
 
     def save(self, data: Any) -> None:
-        """Writes the code; without room on the disk, or with a type that no name leads to, the next process
-        compiles it."""
+        """Writes the code; without room, or with a type that has no name, the next process compiles it."""
         unknown = pickle.PicklingError, AttributeError, TypeError
         with suppress(OSError, *unknown), self._files._of(self._key):
             self._files._save_data(self._file, data)
@@ -219,8 +217,7 @@ def _touch(path: str) -> None:
 
 
 def is_whole(path: str | os.PathLike[str]) -> bool:
-    """Whether a file of the cache ends with the checksum of its name and of what is before it; OSError for
-    what is no regular file."""
+    """Whether a file of the cache ends with its checksum; OSError for what is no regular file."""
     return _key_of(path) is not None
 
 

@@ -18,12 +18,8 @@ import numpy as np
 
 
 def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
-    """Returns a digest of a function and of all that it reaches, the modules that it was found in, and what
-    it calls ``apart``.
-
-    What counts is bytecode, constants, hooks and the values of globals, also where they are reached through a
-    module; and Numba's options.
-    """
+    """Returns a digest of a function and of all that it reaches, also through a module (bytecode, constants,
+    hooks, values of globals, Numba's options), the modules it was found in, and what it calls ``apart``."""
     digest = hashlib.sha256(repr((sys.version, np.__version__, API, _options())).encode())
     digest.update(_sources())
     seen: set[int] = set()
@@ -102,8 +98,7 @@ def _options() -> list[tuple[str, str]]:
 
 @cache
 def _sources() -> bytes:
-    """Returns a digest of the files that tell Numba how to compile types, operators and calls: no name in a
-    hook leads to them."""
+    """Returns a digest of the files that tell Numba how to compile, to which no name in a hook leads."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
     for source in ("backend.py", "hooks.py", "views.py", "../vectors/intrinsics.py"):
@@ -112,8 +107,7 @@ def _sources() -> bytes:
 
 
 def _foreign(module: ModuleType) -> bool:
-    """Whether a module's functions change only with its version: those of the standard library, NumPy, Numba
-    and llvmlite."""
+    """Whether a module's functions change only with versions: Python's, NumPy's, Numba's, llvmlite's."""
     root = module.__name__.partition(".")[0]
     return root in sys.stdlib_module_names or root in ("numpy", "numba", "llvmlite")
 

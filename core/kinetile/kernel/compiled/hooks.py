@@ -3,11 +3,10 @@
 Every hook and every hook it calls is forced inline, so that no array is ever passed by value between them.
 And at the kernel's entry each array loses its owner (``views.disowned``).
 
-What is too long for a hook is marked ``apart``: compiled once, and cached by itself. Numba links whatever a
-function calls into it, and makes machine code of it all again, for each function of the loop and for each
-choice of phases. A function marked ``apart`` is known to the code that calls it by a name only, which is
-given an address when that code is compiled or comes from the disk. The name has a fingerprint, so old machine
-code refers to old names.
+What is too long for a hook is marked ``apart``: compiled once, and cached by itself. Numba would link it into
+all that calls it, and make machine code of it again for each choice of phases. The code that calls it knows
+it by a name only, which is given an address when that code is compiled or comes from the disk. The name has a
+fingerprint, so old machine code refers to old names.
 """
 
 from __future__ import annotations
@@ -29,14 +28,14 @@ INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+Hook: TypeAlias = Callable[..., Any]
 Numbers: TypeAlias = Any
 """An array of float64 as functions marked ``apart`` take it: to be read by an index from 0."""
 
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Within this context no garbage is collected: the collector would go through all that Numba makes, which
-    stays, again and again."""
+    """Collects no garbage in this context: all that Numba makes stays, and would be gone through again."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -123,8 +122,7 @@ if not INTERPRETED:
             return self.forms[self.field in arguments[0].fields]
 
     class _Subroutine(_Hook):
-        """A function that compiled code calls. Fingerprints have the class's name: taken in or called, the
-        machine code is another."""
+        """A function that compiled code calls; its name tells fingerprints that it is not taken in."""
 
     _alone = cache(backend.alone)
 
@@ -164,8 +162,7 @@ def with_field(field: str, other: F) -> Callable[[F], F]:
 
 
 def with_shapes(of_shape: F) -> Callable[[F], F]:
-    """Marks a hook of a body's record, above ``hook``, with ``of_shape`` in its place where not all bodies
-    are discs."""
+    """Marks a hook of a body's record, above ``hook``: ``of_shape`` replaces it where not all are discs."""
     return with_field("left", of_shape)
 
 
@@ -269,10 +266,8 @@ if not INTERPRETED:
 def apart(function: F) -> F:
     """Marks a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
 
-    For what is long: a hook is compiled again at each place that calls it, and with each choice of phases. It
-    takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of doubles,
-    ``Numbers``, and named tuples of all these; so code that calls it knows no more of it than a name, with a
-    fingerprint. An array is passed as ``pointer`` makes it.
+    It takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of
+    doubles, ``Numbers``, as ``pointer`` makes them, and named tuples of all these.
     """
     if INTERPRETED:
         return function

@@ -1,11 +1,10 @@
 """Views: the tables as a loop sees them, two numbers for each array, and as NumPy's for checked hooks.
 
-To Numba an array is seven numbers, of which two are for counting references. Each call of a hook hands on all
-of them, for each array of the tables, and each pass of an array that has an owner is counted atomically,
-which is most of the cost of a small function. And an index below 0 counts from the end: a comparison and a
-choice at each of some two hundred places of a loop. So an array of the tables is a view of its own type in a
-loop: where it begins and how many elements it has. Its index is never negative. That saves instructions, and
-a quarter of the time to compile a loop.
+To Numba an array is seven numbers, two of them for counting references. Each call of a hook hands on all of
+them, and each pass of an array that has an owner is counted atomically, which is most of the cost of a small
+function. And an index below 0 counts from the end: a comparison and a choice at each of some two hundred
+places of a loop. So in a loop an array of the tables is a view: where it begins and how many elements it has,
+with an index that is never negative. That saves instructions, and a quarter of the time to compile a loop.
 
 Numba would read the tables, a named tuple of some thirty arrays, for 6 us at each call from Python, and hand
 all of their numbers on at each call of a hook. So a composed function takes an address (``composer.Packed``)

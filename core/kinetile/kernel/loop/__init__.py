@@ -1,8 +1,6 @@
 """The main loop: ``loop`` itself, its queue (``calendar``), what a body awaits (``predictions``), and what
 happens at an event (``events``, ``responses``, ``commands``). Here are the reasons for which it returns."""
 
-from __future__ import annotations
-
 NO_REASON = -1
 TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)
 

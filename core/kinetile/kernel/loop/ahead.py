@@ -1,14 +1,11 @@
 """Look-ahead: what the events to come will read is prefetched while the present ones run.
 
 The tables of a large scene do not fit into the processor's caches, and each contact waits for the memory
-dozens of times, because each address is read from what the address before it names: slice, body, home, cell,
-bodies there. But the calendar says which bodies come next. A *scout* goes over its slices, some dozens of
-them before the head, from one that is not empty to the next whenever the head does so. What it finds, all
-bodies of the slice and the partner that each awaits, is worked on in stages, a few bodies apart: what one
-stage has prefetched, the next one reads. No answer depends on any of it; an event that comes sooner than
-foreseen waits as before.
-
-In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on.
+dozens of times, because each address is read from what the one before it names: slice, body, home, cell. But
+the calendar says which bodies come next. A *scout* goes over its slices, some dozens of them before the head,
+whenever the head does so. What it finds, all bodies of the slice and the partner that each awaits, is worked
+on in stages, a few bodies apart: what one stage has prefetched, the next one reads. No answer depends on any
+of it. In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on.
 """
 
 from __future__ import annotations

@@ -136,12 +136,8 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
 @hook
 def _ticks_of_a_jam(k: Kernel) -> float:
     """Return in how many ticks a window of contacts shows a jam: less than 1e-13 of the smallest radius of
-    flight each, at the speed of the fastest body.
-
-    Both are those of the bodies as they are now, not bounds that hold for all time: those know the commands
-    of a scene beforehand, so a run with commands by hand and its recording would be jammed at different
-    contacts.
-    """
+    flight each, at the speed of the fastest body. Both are those of the present bodies: bounds for all time
+    know the commands of a scene, and a run with commands by hand and its recording would jam apart."""
     clock = k.clock[0]
     radius = math.inf
     squares = 0.0

@@ -7,17 +7,15 @@ takes it and another one, from 0, and with where the numbers of each phase begin
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import hook, is_checked, numbers_from, unchecked, with_numpy
+from kinetile.kernel.compiled import Hook, hook, is_checked, numbers_from, unchecked, with_numpy
 from kinetile.kernel.tables import Kernel
 
-Hook = Callable[..., Any]
 Doubles = npt.NDArray[np.float64]
 
 
@@ -35,38 +33,25 @@ def takes(k: Kernel, one: int, other: int) -> int:
     return int(k.numbers[1 + one * int(k.numbers[0]) + other])
 
 
-@cache
-def gap_by_shape(hooks: tuple[Hook, ...], first: int = 0) -> Hook:
-    """Returns the hook ``gap`` of several phases, which is given shapes and no bodies."""
-    mine = of_phase(hooks[0], first)
-    if len(hooks) == 1:
-        return mine
-    others = gap_by_shape(hooks[1:], first + 1)
-
-    @unchecked
-    @hook
-    def call(k: Kernel, one: int, other: int, dx: float, dy: float) -> Any:
-        if takes(k, one, other) == first:
-            return mine(k, one, other, dx, dy)
-        return others(k, one, other, dx, dy)
-
-    return call
+@hook
+def takes_bodies(k: Kernel, a: int, b: int) -> int:
+    """Return which phase takes the shapes of two bodies."""
+    return takes(k, k.bodies[a].form, k.bodies[b].form)
 
 
 @cache
-def by_shape(hooks: tuple[Hook, ...], first: int = 0) -> Hook:
+def by_shape(hooks: tuple[Hook, ...], which: Hook = takes_bodies, first: int = 0) -> Hook:
     """Returns a hook that is, for two bodies, that of the phase that takes them; the phases are numbered from
-    the first one's number."""
+    the first one's number. ``gap`` is given shapes and no bodies: then ``which`` is ``takes``."""
     mine = of_phase(hooks[0], first)
     if len(hooks) == 1:
         return mine
-    others = by_shape(hooks[1:], first + 1)
+    others = by_shape(hooks[1:], which, first + 1)
 
     @unchecked
     @hook
-    def call(k: Kernel, a: int, b: int) -> Any:
-        took = takes(k, k.bodies[a].form, k.bodies[b].form) == first
-        return mine(k, a, b) if took else others(k, a, b)
+    def call(k: Kernel, a: int, b: int, *rest: Any) -> Any:
+        return mine(k, a, b, *rest) if which(k, a, b) == first else others(k, a, b, *rest)
 
     return call
 

@@ -8,9 +8,7 @@ is a wait for the memory. So the bodies of the slice that is reached are the fir
 a thousand that are due at one tick cost no search. A bit for each ring says whether it is empty. To file a
 body, to take it out and to find the head costs O(1) while slices have about the right length, which is mended
 between two chunks of a run. It is faster than a heap because one entry is touched and not a path of them.
-
-The order is total and owes nothing to the calendar: by tick, then by kind (structural, guess, turn, wall,
-pair, parting), then by number, and for pairs by the bodies.
+The order is total and owes nothing to the calendar (``precedes``).
 """
 
 from __future__ import annotations
@@ -61,8 +59,7 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
 
 
 def rank(number: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
-    """Return where ``precedes`` puts what awaits a body, by its number and that of its partner: tuples in its
-    order; not for hooks."""
+    """Return a tuple in the order of ``precedes``, of a body's number and its partner's; not for hooks."""
     pair = (min(number, partner), max(number, partner)) if kind == PAIR else (number, number)
     return (key, kind, *pair, number)
 

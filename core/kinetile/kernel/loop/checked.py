@@ -11,13 +11,12 @@ of what the last one has left. So a response that leaves them closing in would l
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from kinetile.kernel.compiled import hook, is_checked, larger, smaller, unchecked, with_numpy
+from kinetile.kernel.compiled import Hook, hook, is_checked, larger, smaller, unchecked, with_numpy
 from kinetile.kernel.flight import closing_speed
 from kinetile.kernel.tables import (
     BAD_COUNT,
@@ -30,8 +29,6 @@ from kinetile.kernel.tables import (
     Records,
     blame,
 )
-
-Hook = Callable[..., Any]
 
 
 @cache

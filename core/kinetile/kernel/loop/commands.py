@@ -131,8 +131,7 @@ def reaches_into(
 
 @hook
 def place_error(k: Kernel, tick: int) -> float:
-    """Return by how much rows of places can be wrong at a tick: infinite where none are noted, and where
-    bodies are accelerated."""
+    """Return by how much rows of places can be off: infinite if not noted, or if bodies are accelerated."""
     clock = k.clock[0]
     noted = len(k.shadows) == 0 and clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
     return float(clock.limits.fat if noted else math.inf)
@@ -195,18 +194,12 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 
 
 @template
-def place_of(k: Kernel, command: Records) -> tuple[float, float]:
-    """Return the place of an inserted body as the plan has it that is made of it."""
-    return as_anchored(k, command.x, command.y)
-
-
-@template
 def blocked_by(k: Kernel, command: Records) -> int:
     """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
     found = wall_beyond(k, command)
     if found != FREE:
         return found
-    x, y = place_of(k, command)
+    x, y = as_anchored(k, command.x, command.y)
     elapsed = since_origin(k, command.tick)
     loose = place_error(k, command.tick)
     for other in range(k.clock[0].bodies):
@@ -228,11 +221,11 @@ def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
     for i in range(len(commands)):
         command = commands[i]
         found[i] = blocked_by(k, command)
-        x, y = place_of(k, command)
+        x, y = as_anchored(k, command.x, command.y)
         for j in range(i):
             new = commands[j]
             if found[i] == FREE and found[j] == FREE:
-                new_x, new_y = place_of(k, new)
+                new_x, new_y = as_anchored(k, new.x, new.y)
                 if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
                     found[i] = FREE - 1 - j
 
@@ -390,17 +383,11 @@ def must_wait(k: Kernel, command: Records) -> int:
     if PASSING and command.code == REMOVED:
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
-        rows += 1 + held_by(k, slot_of(k, command.body))
+        support = slot_of(k, command.body)
+        rows += 1
+        for body in range(k.clock[0].bodies if support >= 0 else 0):
+            rows += int(is_held_by(k, body, support))
     return LOG_FULL if log_is_full(k, rows) else NO_REASON
-
-
-@hook
-def held_by(k: Kernel, support: int) -> int:
-    """Return how many bodies a support holds."""
-    found = 0
-    for body in range(k.clock[0].bodies if support >= 0 else 0):
-        found += int(is_held_by(k, body, support))
-    return found
 
 
 @template

@@ -19,7 +19,6 @@ from kinetile.kernel.loop.commands import (
     blocked_by,
     carry_out,
     foresee_ledge,
-    free,
     has_vacancy,
     must_wait,
     plan_changed,
@@ -132,11 +131,8 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
 @template
 def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     """Whether the loop stops before the contact at the head, because it is watched, once that is filed:
-    ``loop.resolve`` may have computed it exactly without.
-
-    It is not held back twice: when the loop goes on it happens, if it still comes. Commands may have changed
-    that. (Contacts after which the loop stops are those of ``bookkeeping``.)
-    """
+    ``loop.resolve`` may have computed it exactly without. It is not held back twice: when the loop goes on
+    it happens, if commands have not changed that."""
     clock = k.clock[0]
     stops = clock.stops
     if len(k.watch) == 0 or stops.before == 0:
@@ -168,16 +164,6 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
 def leaves_support(k: Kernel, h: int) -> bool:
     """Whether a body that awaits a wall, or to leave its support, awaits the latter."""
     return bool(k.bodies[h].ledge < reach_wall(k, k.bodies[h])[0])
-
-
-@template
-def run_leaving(k: Kernel, h: int, at: int) -> int:
-    """Run the leaving of the head from its support; return the task for it."""
-    clock = k.clock[0]
-    clock.now = larger(clock.now, at)
-    k.counts[0].structural += 1
-    free(k, h, at)
-    return REPLAN
 
 
 @template

@@ -1,24 +1,17 @@
 """The main loop: take the next event, restore the proof, again (thesis, section 2).
 
-``advance`` is a template. Its hooks (``build``, ``repair``, ``replan``, ``near``, ``enter``, ``leave`` of the
-broad phase; ``meet``, ``soonest``, ``collide`` of the narrow phase for pairs; ``reach_wall``, ``bounce`` of
-the one for walls; those of the responses that the scene's rules name) and its constants (``PAIRS``,
-``AHEAD``, ``BOUNDS``, ``WALLS``, ``COMMANDS``, ``LIVING``, ``RULES``, ``PASSING``) are filled in by
-``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not compiled.
+``advance`` is a template. Its hooks, of phases and responses, and its constants (``PAIRS``, ``WALLS``, ...)
+are filled in by ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not
+compiled. The loop cannot raise. It runs until something has to be done outside and returns a reason.
 
 After each event the head of the queue is taken again. So at a contact's tick every structural event up to and
 at that tick has been restored, and which broad phase did it cannot matter (docs/one-answer.md has the rule
-and its proof).
+and its proof). A guess at the head is no event: it moves neither the clock nor a body, so when its contact is
+computed exactly cannot matter either.
 
-A guess at the head is no event: nothing happens at its tick but that a contact is computed exactly. It moves
-neither the clock nor a body, so when guesses are resolved cannot matter either.
-
-Each step leaves a task behind: the bodies whose entries in the queue are not true any more, and why
-(``NOTHING`` to ``REFRESH_ALL``). ``restore`` does that task before the next step. All tasks go through this
-one place because a hook is inlined wherever it is called: a second call of ``soonest`` or ``replan`` would be
-the machine code of a whole broad phase again, and seconds of compilation.
-
-The loop cannot raise. It runs until something has to be done outside and returns a reason.
+Each step leaves a task to ``restore``: the bodies whose entries in the queue are not true any more, and why.
+All tasks go through this one place because a hook is inlined wherever it is called: a second call of
+``soonest`` or ``replan`` would be the machine code of a whole broad phase again, and seconds of compilation.
 
 Order, and why the head is the next event
 =========================================
@@ -32,16 +25,13 @@ after c's ``key``, that is at or after T. If it is at T, c's key is T and of kin
 that tick would be before the head. If c's partner is d, the order by numbers decides between the two
 contacts, as it should. If it is another, e, then c's ``guard`` is at T too; a guess that became exact was
 before its guard, so c was computed exactly, and of several contacts at one tick has that of the smaller
-numbers: {c, e} is before {c, d}. So nothing is before the head.
+numbers: {c, e} is before {c, d}.
 
 A guess that becomes exact at tick t *runs at once*, without being filed, if t is before everything else in
 its slice of the calendar and before the slice's end, before ``own`` of both bodies, before the next turn and
 the end of the run, before the partner's key (or, if that is this same contact in the partner's entry, before
 its ``guard``), and if neither body can be at a wall by then. By the same reasoning all other contacts,
-failures and walls are later than t, with no tie.
-
-``Simulation(..., audit=N)`` checks all of it between two events, slowly: the calendar, each entry, the
-positions, and coverage, computed again and exactly.
+failures and walls are later than t, with no tie. ``Simulation(..., audit=N)`` checks all of it, slowly.
 """
 
 from __future__ import annotations
@@ -65,7 +55,7 @@ from kinetile.kernel.loop import (
 from kinetile.kernel.loop.ahead import fetch_ring, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_may_be_before
-from kinetile.kernel.loop.commands import may_come, met_at
+from kinetile.kernel.loop.commands import free, may_come, met_at
 from kinetile.kernel.loop.events import (
     NOTHING,
     REFILE,
@@ -78,12 +68,11 @@ from kinetile.kernel.loop.events import (
     leaves_support,
     run_command,
     run_contact,
-    run_leaving,
     run_structural,
     run_wall_contact,
 )
 from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
-from kinetile.kernel.loop.responses import crowded, end_first_passing, find_leave
+from kinetile.kernel.loop.responses import crowded, end_passing, find_leave
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     CHORD,
@@ -173,12 +162,17 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             task = REFILE
         elif PASSING and kind == PARTING:
             clock.now = larger(clock.now, at)
+            pair = find_leave(k, h)
             if MIXED:  # they may meet again by the same plans
-                b = k.passings[find_leave(k, h)].b
-            end_first_passing(k, h, at)
+                b = k.passings[pair].b
+            end_passing(k, pair, at)
+            find_leave(k, h)
             task = REFRESH if MIXED else REFILE
         elif RESTING and kind == WALL and leaves_support(k, h):
-            task = run_leaving(k, h, at)
+            clock.now = larger(clock.now, at)
+            k.counts[0].structural += 1
+            free(k, h, at)
+            task = REPLAN
         elif WALLS and kind == WALL:
             task = run_wall_contact(k, h, at)
         elif PAIRS:
@@ -375,11 +369,8 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
 
 @template
 def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
-    """Whether what comes next is behind the end.
-
-    The last tick may end between two of its contacts: where a command was given between two runs, or where a
-    recording stopped. Structural events and commands of that place have happened then.
-    """
+    """Whether what comes next is behind the end, which may be between two contacts of the last tick: where a
+    command was given between two runs, or a recording stopped."""
     if at < until:
         return False
     return bool(at > until or at == NEVER or (kind >= WALL and met_at(k, at) >= quota))

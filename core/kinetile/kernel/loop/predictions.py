@@ -5,9 +5,8 @@ An entry says of body h, about all that was near it when it was refreshed and al
     its contact with ``partner`` is not before ``tick``, if the partner still has the plan of stamp ``seen``;
     every other contact is not before ``guard``; tick <= guard
 
-The first values are lower bounds, cheap and for eight partners at once. Only a contact that comes to the head
-of the queue is computed exactly. Lower bounds come from ``soonest`` of the narrow phase, as a delay; where a
-narrow phase has none, the contact with every partner is computed exactly at once.
+The first values are lower bounds, which ``soonest`` of the narrow phase gives as delays, cheaply. Only a
+contact that comes to the head of the queue is computed exactly; without ``soonest`` all are, at once.
 
 Coverage
 ========
@@ -31,8 +30,7 @@ Five rules keep it:
 5. *A pair is barred while each body stores the other as its last contact*, and that ends only when one of
    them gets another plan: rule 1.
 
-For this a broad phase must name every body that becomes near (``repair``, ``offer``). It need not report
-bodies that are no longer near.
+For this a broad phase must name every body that becomes near (``repair``, ``offer``), and none that parts.
 """
 
 from __future__ import annotations

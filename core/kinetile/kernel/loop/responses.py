@@ -5,16 +5,12 @@ The table ``k.rules`` has a row for each two kinds and for each kind and a wall.
 A loop for a scene without rules has none of this in it.
 
 A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
-part; where an axis is periodic, through one image, and several may last at a time. Neither changes a plan,
-and a passing lasts for a tick at least: so a contact of two that pass, if it lies in the past, has begun
-and ended, and is not still to come (``predictions.meeting``). A pair that has begun
-is in the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed
-exactly, and again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave*
-is the first of those ticks, beside what else its entry in the queue awaits. For a pair that is passing no
-contact is computed; through other images one may be (``images.first_image``).
-
-Every beginning has its end: by parting, or because one of the two goes. Both are rows of the log, the elder
-first where they begin, the younger first where they end.
+part, or one of them goes; where an axis is periodic, through one image, and several may last at a time.
+Neither changes a plan, and a passing lasts for a tick at least: so a contact of two that pass, if it lies in
+the past, has begun and ended, and is not still to come (``predictions.meeting``). A pair that has begun is in
+the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed exactly, and
+again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave* is the first
+of those ticks. For a pair that is passing no contact is computed, but through other images.
 """
 
 from __future__ import annotations
@@ -293,13 +289,6 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
     lists.passings -= 1
     k.traits[a].inside -= 1
     k.traits[b].inside -= 1
-
-
-@hook
-def end_first_passing(k: Kernel, body: int, tick: int) -> None:
-    """End the first of the passings of which a body is the elder."""
-    end_passing(k, find_leave(k, body), tick)
-    find_leave(k, body)
 
 
 @template

@@ -1,7 +1,6 @@
 """Eight numbers at once: what a hook may do with the vectors of the processor.
 
-Loops over bodies compile to code that takes one body at a time. Where the same arithmetic is done for many,
-the bound of a narrow phase for all partners of a body, eight at a time are three times as fast. Numba has no
+Where the same arithmetic is done for many bodies, eight at a time are three times as fast. Numba has no
 vectors, so here are some: ``Floats`` (8 doubles), ``Wholes`` (8 32-bit integers), ``Ticks`` (8 64-bit
 integers) and ``Truths`` (8 truth values), with the operators ``+ - * /``, ``< > <= >= ==``, ``& |`` and
 ``>>`` as far as they make sense, and the functions below. They are portable LLVM vectors: a machine with

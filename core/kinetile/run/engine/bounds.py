@@ -54,11 +54,7 @@ class Bounds(NamedTuple):
 
 
 def squares_of_bodies(k: Kernel) -> float:
-    """Returns the sum of mass * speed^2 of all bodies, rounded once.
-
-    The order of slots, and the number of empty ones, depends on the broad phase. A sum that is rounded once
-    does not.
-    """
+    """Returns the sum of mass * speed^2 of all bodies, rounded once: the order of slots does not matter."""
     there = np.flatnonzero(k.queue.number >= 0)
     vx, vy = velocities_after(*plans_now(k, there)).T
     mass = np.where(np.isinf(k.mass), 0.0, k.mass)[there]

@@ -591,8 +591,7 @@ class Engine(Tables):
 
     def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
         """Whether commands can run without preparing the phases again: they are compiled into the loop, the
-        phase inserts and removes bodies, and an inserted body has a slot. The last is
-        ``has_vacancy`` of the kernel, read without a call into compiled code."""
+        phase inserts and removes bodies, and an inserted body has a slot (``has_vacancy`` of the kernel)."""
         if self.commands < wanted or (wanted == Commands.ALL and not self.composition.living):
             return False
         if code != INSERTED:
@@ -678,7 +677,7 @@ class Engine(Tables):
         return Kept(
             self,
             dict(vars(self)),
-            [(table, layout.copied(table)) for table in tables if table.flags.writeable],
+            [(table, layout.as_bytes(table).copy()) for table in tables if table.flags.writeable],
             self.clock.base,
             self.ledger.entries,
             self.agenda.later,

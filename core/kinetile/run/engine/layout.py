@@ -38,7 +38,7 @@ from kinetile.kernel.tables import (
     record_table,
 )
 from kinetile.plugin.calling import described
-from kinetile.run.compose import Composition, Rules
+from kinetile.run.compose import Composition
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.state import Contents, contents_of
@@ -106,7 +106,10 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
         if scene.periodic:
             k = k._replace(images=record_table(IMAGE, slots))
         if composition.rules is not None:
-            k = _with_rules(k, composition.rules)
+            k.clock[0].kinds, k.clock[0].lists.passable = composition.rules.kinds, NOBODY
+            passers = np.full(slots, NOBODY, dtype=np.int32)
+            traits = begun(record_table(TRAIT, slots))
+            k = k._replace(traits=traits, rules=composition.rules.table, passers=passers)
     except MemoryError as error:
         who = described("broad phase", composition.broad_phase)
         text = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
@@ -114,14 +117,9 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
     k.queue.number[bodies:] = k.slots[bodies:] = NOBODY
     clock = k.clock[0]
     clock.bodies = clock.present = bodies
-    clock.jam.spin_limit = spin_limit(slots)
+    clock.jam.spin_limit = 2 * (2 * slots + 2) ** 2 + 1000  # without progress: then a run has stalled
     clock.jam.window_size = python_of(window_of)(bodies)
     return k
-
-
-def spin_limit(slots: int) -> int:
-    """Returns the number of structural events without progress after which a run has stalled."""
-    return 2 * (2 * slots + 2) ** 2 + 1000
 
 
 def with_room(log: Records, rows: int) -> Records:
@@ -131,14 +129,6 @@ def with_room(log: Records, rows: int) -> Records:
     longer = record_table(log.dtype, rows)
     longer[: len(log)] = log
     return longer
-
-
-def _with_rules(k: Kernel, rules: Rules) -> Kernel:
-    slots = len(k.bodies)
-    traits = begun(record_table(TRAIT, slots))
-    k.clock[0].kinds = rules.kinds
-    k.clock[0].lists.passable = NOBODY
-    return k._replace(traits=traits, rules=rules.table, passers=np.full(slots, -1, dtype=np.int32))
 
 
 def more_passings(k: Kernel, room: int) -> Kernel:
@@ -289,18 +279,13 @@ def _shift(k: Kernel, ticks: float) -> int:
     return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
 
 
-def copied(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns the contents of a table, for ``fill``."""
-    return _as_bytes(table).copy()
-
-
 def fill(table: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
     """Restores the copied contents of a table, bit for bit. Read-only arrays have not changed."""
     if table.flags.writeable:
-        _as_bytes(table)[...] = content
+        as_bytes(table)[...] = content
 
 
-def _as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Returns records as bytes, padding included, which are copied ten times as fast, and other arrays as
     they are: not a copy."""
     plain = np.asarray(table)

@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.kernel.certificates.bent import bent_touch
 from kinetile.kernel.certificates.bent_convex import bent_enters
@@ -38,7 +37,8 @@ from kinetile.kernel.tables import (
     elder,
     record_table,
 )
-from kinetile.run.questions.places import Integers, Point, Query
+from kinetile.run.questions.places import Point, Query
+from kinetile.scene.shapes import Floats, Ints
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
 Planned = Mapping[int, int]
@@ -88,12 +88,11 @@ def next_contact_of(
     query: Query,
     a: int,
     planned: Planned | None = None,
-    among: Integers | None = None,
+    among: Ints | None = None,
     walls: bool = True,
 ) -> NextContact | None:
-    """Returns the first of the contacts that the body in a slot has with each other body, or with each that
-    is ``among`` these, and with ``walls``, by the present plans; None if it has none, or, with the
-    ``planned`` changes of plans, if something precedes it, with any body. Bodies have their numbers."""
+    """Returns what ``Simulation.next_contact_of`` does, for a slot: with bodies, or with those ``among``
+    these, and ``walls``; with ``planned`` changes of plans if nothing precedes it. Bodies are numbers."""
     first = _first_of(query, a, among, walls)
     if first is None or (planned is not None and not _is_first(query, a, first, planned)):
         return None
@@ -105,12 +104,8 @@ def next_contact_of(
 
 
 def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
-    """Returns the body that one which starts here and now would meet first; None if it meets none.
-
-    The body of the hit is a slot. As for two bodies, a contact needs approach: a body that it touches or
-    overlaps is met at once if they approach, and never if they part. Where axes are periodic it is met
-    through any image, before ``kernel.images.FORESEEN`` ticks from now. It is accelerated by gravity.
-    """
+    """Returns what ``Simulation.cast`` does: the body of the hit is a slot, and what flies is accelerated by
+    gravity."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     bent = query.composition.prepared.bent
@@ -122,17 +117,17 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> Cast
         if bent and any(query.periods):
             meet = first_bent_image if discs else first_bent_cast
         _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
-    elif not discs:
-        _ticks_with_shape(query, centre, outline, velocity, ticks)
     else:
-        _composed(ticks_for_disc)(query.packed, query.slots, *centre, *velocity, outline[1], ticks)
+        rows, begins = (np.zeros(0), query.slots) if discs else _differences(query, outline)
+        thrown = (*centre, *velocity, outline[1])
+        _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, *thrown, ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
     return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
 
 
-def _theirs(query: Query) -> tuple[list[Outline], Integers]:
+def _theirs(query: Query) -> tuple[list[Outline], Ints]:
     if query.shapes:
         kinds, which = np.unique(query.forms, return_inverse=True)
         return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which
@@ -140,15 +135,11 @@ def _theirs(query: Query) -> tuple[list[Outline], Integers]:
     return [(DISC, radius) for radius in radii.tolist()], which
 
 
-def _ticks_with_shape(
-    query: Query, centre: Point, outline: Outline, velocity: Point, ticks: Integers
-) -> None:
-    """Writes down when each body meets a body of such an outline that is anchored now (rule 5s)."""
+def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:
+    """Returns the rows of the differences with an outline, and (n,) where that of each body begins."""
     theirs, which = _theirs(query)
     rows = [difference_row(each, outline) for each in theirs]
-    begins = np.cumsum([0, *map(len, rows)])[:-1]
-    numbers = np.array([number for row in rows for number in row])
-    _composed(ticks_for_shape)(query.packed, query.slots, numbers, begins[which], *centre, *velocity, ticks)
+    return np.concatenate([np.zeros(0), *rows]), np.cumsum([0, *map(len, rows)])[which]
 
 
 def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -> Kernel:
@@ -203,7 +194,7 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
     return all(_first_of(query, one) == first._replace(other=two) for one, two in bodies)
 
 
-def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
+def _first_of(query: Query, a: int, among: Ints | None = None, walls: bool = True) -> _First | None:
     others = query.slots if among is None else among
     found = [_First(NEVER, PARTING, a)]
     if len(others):  # of those at one tick the first by number
@@ -216,7 +207,7 @@ def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool =
     return None if first.tick == NEVER else first
 
 
-def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
+def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
     """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
     through each other, by the kind of event; NEVER where not, or not any more."""
     pair, passing, k = query.composition.pair, query.composition.passing, query.k
@@ -257,11 +248,11 @@ def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(template, hooks, "questions", Kernel)
 
 
-PERIODIC = PASSING = MIXED = False
+PERIODIC = PASSING = MIXED = CONVEX = False
 reach_wall = to_be_filled_in
 
 
-def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
+def ticks_of_partners(k: Kernel, body: int, others: Ints, ticks: Ints) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     barred = NOBODY if PERIODIC or MIXED else barred_with(k, body)
@@ -274,7 +265,7 @@ def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -
             ticks[i] = meeting(k, first, body + other - first)
 
 
-def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: Integers) -> None:
+def beginnings(k: Kernel, body: int, others: Ints, near: Ints, ticks: Ints) -> None:
     """Template: writes down now where a body begins to pass others at once that overlap it at the start."""
     k = disowned(k)
     now = k.clock[0].now
@@ -283,7 +274,7 @@ def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: In
             ticks[near[i]] = now
 
 
-def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:
+def tick_of_wall(k: Kernel, body: int, answer: Ints) -> None:
     """Writes down when a body meets a wall, and which; a template."""
     k = disowned(k)
     tick, wall = reach_wall(k, k.bodies[body])
@@ -304,36 +295,28 @@ def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float)
     )
 
 
-def ticks_for_disc(
-    k: Kernel, others: Integers, x: float, y: float, vx: float, vy: float, radius: float, ticks: Integers
-) -> None:
-    """Writes down when a disc that is anchored now meets each of others; a template."""
-    k = disowned(k)
-    clock = k.clock[0]
-    for i in range(len(others)):
-        body = k.bodies[others[i]]
-        delay = first_touch(plans_to(k, body, x, y, vx, vy), body.radius, radius)
-        if delay != NEVER:
-            ticks[i] = clock.now + delay
-
-
-def ticks_for_shape(
+def ticks_of_cast(
     k: Kernel,
-    others: Integers,
-    numbers: npt.NDArray[np.float64],
-    rows: Integers,
+    others: Ints,
+    numbers: Floats,
+    rows: Ints,
     x: float,
     y: float,
     vx: float,
     vy: float,
-    ticks: Integers,
+    radius: float,
+    ticks: Ints,
 ) -> None:
-    """Writes down when a body anchored now meets others, by rows of differences; a template."""
+    """Writes down when a body anchored now meets others, a shape by rows of differences; a template."""
     k = disowned(k)
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        delay = enters(pointer(numbers), rows[i], plans_to(k, body, x, y, vx, vy))
+        plans = plans_to(k, body, x, y, vx, vy)
+        if CONVEX:
+            delay = enters(pointer(numbers), rows[i], plans)
+        else:
+            delay = first_touch(plans, body.radius, radius)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 
@@ -380,7 +363,7 @@ first_bent_cast = first_image_of(bent_touches, overlaps, bent_plans_through, Tru
 meet = to_be_filled_in
 
 
-def ticks_for_images(k: Kernel, others: Integers, body: int, ticks: Integers) -> None:
+def ticks_for_images(k: Kernel, others: Ints, body: int, ticks: Ints) -> None:
     """Writes down when a body in a row of the tables meets each of others through an image; a template."""
     k = disowned(k)
     for i in range(len(others)):

@@ -15,7 +15,6 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import replaced
@@ -24,12 +23,8 @@ from kinetile.kernel.tables import Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
-from kinetile.scene.shapes import Shape
+from kinetile.scene.shapes import Bools, Floats, Ints, Shape
 from kinetile.toolbox.differences import DISC
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Truths = npt.NDArray[np.bool_]
 
 Box = tuple[float, float, float, float]
 """left, bottom, right, top; left <= right and bottom <= top."""
@@ -48,11 +43,11 @@ class Query:
 
     k: Kernel
     packed: Any
-    slots: Integers
+    slots: Ints
     clock: Clock
     composition: Composition
     shapes: tuple[Shape, ...] = ()
-    overlapping: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    overlapping: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
     def now(self) -> int:
@@ -83,11 +78,11 @@ class Query:
         return np.asarray(self.k.radii[self.slots])
 
     @cached_property
-    def forms(self) -> Integers:
+    def forms(self) -> Ints:
         """(n,) the indices of their shapes; 0 where all are discs."""
         return self.k.bodies["form"][self.slots] if self.shapes else np.zeros(len(self.slots), np.int64)
 
-    def cores(self, few: Integers, box: Box | None = None) -> tuple[Floats, Floats]:
+    def cores(self, few: Ints, box: Box | None = None) -> tuple[Floats, Floats]:
         """Returns the corners of the cores of a few bodies, (m, most, 2), the last one repeated where there
         are fewer, and (m,) their radii; with a ``box`` those of the differences of box and core."""
         forms, which = np.unique(self.forms[few], return_inverse=True)
@@ -103,7 +98,7 @@ class Query:
         return np.array(padded, dtype=np.float64).reshape(-1, most, 2)[which], radii
 
 
-def bodies_in(query: Query, box: Box, inside: bool = False) -> Integers:
+def bodies_in(query: Query, box: Box, inside: bool = False) -> Ints:
     """Returns the slots of bodies with a point in a box, or its edges, or all ``inside``; in order."""
     held = np.zeros(len(query.slots), dtype=np.bool_)
     for shift in _shifts(box, query.periods, float(query.radii.max(initial=0.0))):
@@ -126,7 +121,7 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
         yield np.array([right, up])
 
 
-def _in_box(query: Query, places: Floats, box: Box, inside: bool) -> Truths:
+def _in_box(query: Query, places: Floats, box: Box, inside: bool) -> Bools:
     low, high = np.array(box).reshape(2, 2)
     few = np.flatnonzero(np.maximum(*np.maximum(low - places, places - high).T) <= query.radii)
     if inside:
@@ -157,12 +152,9 @@ def _cross(one: Floats, other: Floats) -> Floats:
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
-def bodies_near(
-    query: Query, point: Point, radius: float | None = None, count: int | None = None
-) -> Integers:
-    """Returns the slots of the bodies that are near a point, the nearest first, ties as in ``query.slots``,
-    by the distance to their outlines (``_gaps``); where axes are periodic to the nearest image's: of a shape
-    that is not around its position, perhaps another image than that whose position is nearest."""
+def bodies_near(query: Query, point: Point, radius: float | None = None, count: int | None = None) -> Ints:
+    """Returns what ``Simulation.bodies_near`` does, as slots, ties as in ``query.slots``; of a shape not
+    around its position it may be another image that is near than that whose position is nearest."""
     apart = nearest_image(np.array(point) - query.places, query.periods)
     turns = [(0.0, -period, period) if period and query.shapes else (0.0,) for period in query.periods]
     limit = math.inf if radius is None else radius
@@ -189,9 +181,7 @@ class RayHit(NamedTuple):
 def ray(
     query: Query, origin: Point, direction: Point, most: int | None = None, within: float | None = None
 ) -> list[RayHit]:
-    """Returns the bodies that a ray meets, as slots, the nearest first, ties as in ``query.slots``; not more
-    than ``most``, and none further than ``within``. The direction is not 0; its length does not matter. Where
-    axes are periodic ``within`` is needed, and a body is met where the ray first enters an image."""
+    """Returns what ``Simulation.ray`` does, as slots, ties as in ``query.slots``; the direction is not 0."""
     images: Iterable[tuple[int, int]] = [(0, 0)]
     down = -math.frexp(max(map(abs, direction)))[1]
     u = np.array([math.ldexp(part, down) for part in direction])  # so that no square of it underflows

@@ -4,7 +4,7 @@ the phases are prepared for the bodies of that moment, in any process and under 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -85,22 +85,6 @@ class Snapshot:
             [table.tobytes() for table in tables],
             *(state.base, state.bounds, state.commands, state.later.ticks, state.requested, state.audits),
         )
-
-
-def take(
-    engine: Engine,
-    scene: Scene,
-    audit: int | None,
-    energy: float,
-    observed: Callable[[], Mapping[str, Any] | None],
-) -> Snapshot:
-    """Returns a snapshot of an engine between two chunks, and of the rest; RecordError if it has a fault."""
-    if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
-        raise RecordError(
-            "this simulation has ended with a fault and cannot go on, so it is not saved: what was saved "
-            "before it can be taken up"
-        )
-    return Snapshot(scene, SavedPhases.of(engine.composition), engine.kept(), audit, energy, observed())
 
 
 def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:

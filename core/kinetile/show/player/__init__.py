@@ -2,8 +2,6 @@
 rows, ``page`` writes the differences as text, with the style and the script (``script/``), and ``view`` is
 the public interface."""
 
-from __future__ import annotations
-
 from kinetile.show.player.view import View, view_file, view_scene
 
 __all__ = ["View", "view_file", "view_scene"]

@@ -9,8 +9,8 @@ Most of a row follows from the plans before it: a body is at the position of its
 bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
 is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
 
-A shape of the structure moves with its bodies, so it is recorded once for its whole life.
-A new certificate, with another failure time, makes it a new shape.
+A shape of the structure moves with its bodies, so it is recorded once for its whole life, which a new
+certificate with another failure time ends.
 """
 
 from __future__ import annotations
@@ -99,11 +99,8 @@ def record(
     pairs: bool | None = None,
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
-    number of contacts; None: as many as fit.
-
-    ``again`` is a second one, to be stepped; None: no stepping. A fault ends the recording with a note.
-    ``pairs``: whether lines between bodies are drawn; None: of up to ``MOST_PAIRED``.
-    """
+    number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
+    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to ``MOST_PAIRED``."""
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
