@@ -40,17 +40,23 @@ def is_default(config: pytest.Config) -> bool:
     return not chosen and marks and config.args_source is pytest.Config.ArgsSource.TESTPATHS
 
 
-def first(count: int, cases: Sequence[Any]) -> list[Any]:
+MANY = 24
+"""Cases of a test in the second lane: those after them are long."""
+
+
+def first(count: int, cases: Sequence[Any], many: int = MANY) -> list[Any]:
     """Return all cases, as parameters of a test, tuples where it has several: those after the first ``count``
-    are slow."""
-    return [*cases[:count], *(map(_slow, cases[count:]) if slow_ones else ())]
+    are slow, and of these those after the first ``many`` are long."""
+    others = cases[count:] if slow_ones else ()
+    marks = [pytest.mark.slow] * many + [pytest.mark.long] * len(others)
+    return [*cases[:count], *map(_marked, others, marks)]
 
 
-def _slow(case: Any) -> Any:
-    """Return a case with the mark, which may have marks already."""
+def _marked(case: Any, mark: pytest.MarkDecorator) -> Any:
+    """Return a case with a mark, which may have marks already."""
     if hasattr(case, "marks"):
-        return pytest.param(*case.values, marks=[*case.marks, pytest.mark.slow], id=case.id)
-    return pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow)
+        return pytest.param(*case.values, marks=[*case.marks, mark], id=case.id)
+    return pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=mark)
 
 
 def examples(count: int) -> int:

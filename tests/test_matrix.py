@@ -36,7 +36,7 @@ def _cells(cells, meaningless):
             of_default = (NUMBER[one] + NUMBER[other]) % ONE_IN == 0
             cell = pytest.param(one, other, id=f"{one} with {other}", marks=marks)
             (chosen if of_default else others).append(cell)
-    return lanes.first(len(chosen), chosen + others)
+    return lanes.first(len(chosen), chosen + others, many=len(others))
 
 
 def _holds(refused, cell, observe) -> None:

@@ -19,11 +19,11 @@ from kinetile.run.saving import files
 posix = pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
 
 OTHERS = (getattr(signal, "SIGHUP", signal.SIGTERM), signal.SIGINT)
-RUN = "run grid -s bodies=16 -s seed=2 --broad-phase sap-1d"
+RUN = "run grid -s bodies=16 -s seed=2 --broad-phase cells"
 
 
 def whole(until: float) -> kt.Simulation:
-    sim = kt.Simulation(kt.make_scene("grid", bodies=16, seed=2), "sap-1d")
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, seed=2), "cells")
     sim.run(until)
     return sim
 
@@ -126,7 +126,7 @@ def started(path) -> Iterator[subprocess.Popen[str]]:
 
 def begun(path) -> None:
     seen: set[int] = set()
-    for _ in range(6000):
+    for _ in range(60_000):
         if path.exists():
             seen.add(path.stat().st_ino)
         if len(seen) > 2:

@@ -238,7 +238,7 @@ def test_a_turn_from_a_second_thread_during_a_run_was_taken_for_a_missed_contact
 
 @pytest.mark.compiled
 def test_asking_for_contacts_copied_all_that_there_had_been():
-    sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=0.5, seed=1), "sweep-tiling")
+    sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=0.5, seed=1), "cells")
     sim.run(max_contacts=3_000)
     seen = sim.contacts
     copied = 0

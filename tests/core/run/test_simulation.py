@@ -49,7 +49,7 @@ def test_tables_grow_without_the_user_noticing():
     velocity = rng.normal(size=(n, 2))
     scene = kt.Scene(position, velocity, 0.25, arena=(4.0, float(n)))
     assert_one_answer(scene, max_contacts=1000)
-    sim = kt.Simulation(scene, "sap-1d")
+    sim = kt.Simulation(scene, "sap-1d", narrow_phases=["disc:general=true", "wall"])
     sim.run(max_contacts=1000)
     assert sim.readings.pairs_max > 4 * n + 64
     assert len(sim.tables.pairs) >= sim.readings.pairs_max
