@@ -33,13 +33,10 @@ from kinetile.scene import Scene
 from kinetile.toolbox import (
     NEVER,
     NOBODY,
-    TOO_DEEP,
     Kernel,
     PairParts,
-    blame,
     hook,
     larger,
-    position_at,
     since_origin,
     smaller,
     unchecked,
@@ -89,16 +86,17 @@ from kinetile.toolbox.ticks import (
     leaves,
     met_through,
     nearest_whole,
-    plans_of,
+    plans_through,
     pointer,
-    turns_between,
 )
-from kinetile_plugins.disc import hooks_of
+from kinetile_plugins.disc import hooks_of, meet_of, part_of
 from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
     PLACES,
     before_other_images,
+    bent_ways,
+    chords,
     circles_meet,
     merged,
     nearest_image,
@@ -553,45 +551,11 @@ def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
     return line_of
 
 
-@hook
-def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
-    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
-
-
 line_of, bent_line_of = _lines(False), _lines(True)
-collide, touch, part = hooks_of(line_of, parts_after, False)
-collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
-
-
-@hook
-def blame_depth(k: Kernel, a: int, b: int, depth: float) -> None:
-    """Reports two bodies that overlap at the later anchor by more than rounding explains."""
-    reach = k.bodies[a].radius + k.bodies[b].radius
-    if depth > k.clock[0].limits.tolerance + 1e-9 * reach:
-        blame(k, TOO_DEEP, a, b)
-
-
-@unchecked
-@hook
-def meet(k: Kernel, a: int, b: int) -> int:
-    """Returns the tick of the first contact of two bodies, or ``NEVER``."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    row = row_of(k, early, late)
-    if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
-        return NEVER
-    one = k.bodies[early]
-    two = k.bodies[late]
-    since = two.anchor
-    delay = enters(pointer(k.numbers), row, plans_of(k, one, two))
-    if delay == NEVER:
-        return NEVER
-    if delay == 0:
-        x, y = position_at(k, one, since)
-        _, _, depth = line_of(k, early, late, two.x - x, two.y - y)
-        blame_depth(k, a, b, depth)
-    return int(since + delay)
+collide, touch = hooks_of(line_of, False)
+collide_images, touch_images = hooks_of(line_of, True)
+collide_bent, touch_bent = hooks_of(bent_line_of, False)
+collide_bent_images, touch_bent_images = hooks_of(bent_line_of, True)
 
 
 @hook
@@ -610,42 +574,16 @@ def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> fl
     return depth
 
 
-meet_images = first_image_of(shapes_touch, shapes_overlap)
-collide_bent, touch_bent, _ = hooks_of(bent_line_of, parts_after, False)
-collide_bent_images, touch_bent_images, _ = hooks_of(bent_line_of, parts_after, True)
-
-
-@unchecked
-@hook
-def meet_bent(k: Kernel, a: int, b: int) -> int:
-    """As ``meet``, of bodies with accelerations (rules 5t and 7t)."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    row = row_of(k, early, late)
-    if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
-        return NEVER
-    one = k.bodies[early]
-    two = k.bodies[late]
-    since = two.anchor
-    met = one.last == late and two.last == early
-    low = counts_from(k, a, b, since)
-    delay = bent_enters(pointer(k.numbers), row, bent_plans_of(k, one, two), int(met), low)
-    if delay == NEVER:
-        return NEVER
-    if delay == 0 and not met:
-        x, y = position_at(k, one, since)
-        _, _, depth = bent_line_of(k, early, late, two.x - x, two.y - y)
-        blame_depth(k, a, b, depth)
-    return int(since + delay)
-
-
 @hook
 def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``shapes_touch``, of bodies with accelerations, through the image of their plans."""
+    """As ``shapes_touch``, of bodies with accelerations, through the image of their plans (rules 5t and
+    7t)."""
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
         return NEVER
-    met = met_through(k, early, late, plans)
+    met = k.bodies[early].last == late and k.bodies[late].last == early
+    if len(k.images) > 0:
+        met = met_through(k, early, late, plans)
     low = counts_from(k, early, late, k.bodies[late].anchor)
     return int(bent_enters(pointer(k.numbers), row, plans, int(met), low))
 
@@ -655,6 +593,28 @@ def bent_shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) 
     """As ``shapes_overlap``, of bodies with accelerations."""
     _, _, depth = bent_line_of(k, early, late, dx, dy)
     return depth
+
+
+meet = meet_of(shapes_touch, shapes_overlap)
+meet_images = first_image_of(shapes_touch, shapes_overlap)
+meet_bent = meet_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_of, bent=True)
+meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
+
+
+@hook
+def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Returns how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
+    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
+
+
+@hook
+def bent_parts_after(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """As ``parts_after``, of bodies with accelerations (rule 11t)."""
+    low = counts_from(k, early, late, k.bodies[late].anchor)
+    return int(bent_leaves(pointer(k.numbers), row_of(k, early, late), plans, low))
+
+
+part, part_bent = part_of(parts_after, plans_through), part_of(bent_parts_after, bent_plans_through)
 
 
 @hook
@@ -751,14 +711,9 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     chords of relative ways."""
     limits = k.clock[0].limits
     fill(k.near, count, body)
-    elapsed = spread(since_origin(k, at))
     one = k.places[body]
-    own = k.pulls[body]
     mine = k.sides[body]
     zero = spread(0.0)
-    half = spread(0.5)
-    eighth = spread(0.125)
-    far = spread(2.0**200)
     more = spread(1.0 + 2.0**-40)
     room = spread(2.0**14 * k.clock[0].tick)
     fat = limits.fat
@@ -767,24 +722,10 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     rest = math.inf
     who = NOBODY
     for start in range(0, count, LANES):
-        x, y, vx, vy = places(k.places, k.near, start)
-        ax, ay, ends, _ = places(k.pulls, k.near, start)
         left, right, down, up = places(k.sides, k.near, start)
-        bx = ax - spread(own.x)
-        by = ay - spread(own.y)
-        dvx = vx - spread(one.vx)
-        dvy = vy - spread(one.vy)
-        dx = (x - spread(one.x)) + (dvx + half * bx * elapsed) * elapsed
-        dy = (y - spread(one.y)) + (dvy + half * by * elapsed) * elapsed
-        dvx = dvx + bx * elapsed
-        dvy = dvy + by * elapsed
-        span = choose(ends < spread(own.vx), ends, spread(own.vx)) - elapsed
-        span = choose(span > zero, span, zero)
-        h = choose(span < far, span, zero)  # without an end neither is accelerated
-        pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
-        wide = spread(fat) + pulls * h * h * eighth
-        cx = dvx + half * bx * h
-        cy = dvy + half * by * h
+        dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
+        h, cx, cy, sagitta, _ = chords(vx, vy, bx, by, span)
+        wide = spread(fat) + sagitta
         begins, leaves = within(
             zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, cx
         )
@@ -807,7 +748,7 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
                 until = lane(h, i)
                 speeds = own_speed + abs(two.vx) + abs(two.vy)
                 doubt = 2.0**-45 * (speeds + bends * (abs(since_origin(k, at)) + until))
-                way = (lane(dx, i), lane(dy, i), lane(dvx, i), lane(dvy, i), lane(bx, i), lane(by, i))
+                way = (lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), lane(bx, i), lane(by, i))
                 wait = larger(lane(delay, i), not_before_bent(k.numbers, row, fat, until, doubt, way))
                 if wait <= lane(span * more + room, i):
                     rest = smaller(rest, larger(soon, wait))
@@ -816,24 +757,13 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     return soon, rest, who
 
 
-meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
-
-
-@unchecked
-@hook
-def part_bent(k: Kernel, a: int, b: int) -> int:
-    """As ``part``, of bodies with accelerations, also through images (rule 11t)."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    since = k.bodies[late].anchor
-    right = 0.0
-    up = 0.0
-    if len(k.images) > 0:
-        right, up = turns_between(k, early, late, a)
-    plans = bent_plans_through(k, k.bodies[early], k.bodies[late], right, up)
-    low = counts_from(k, a, b, since)
-    delay = bent_leaves(pointer(k.numbers), row_of(k, early, late), plans, low)
-    return int(since + delay) if delay != NEVER else NEVER
+HOOKS = {
+    (False, False): (meet, collide, touch),
+    (False, True): (meet_bent, collide_bent, touch_bent),
+    (True, False): (meet_images, collide_images, touch_images),
+    (True, True): (meet_bent_images, collide_bent_images, touch_bent_images),
+}
+"""``meet``, ``collide`` and ``touch`` by whether axes are periodic, and bodies accelerated."""
 
 
 class Convex:
@@ -850,31 +780,20 @@ class Convex:
         bounds = soonest
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
-        periodic = bool(scene.periodic)
-        if scene.bent:
-            return PairParts(
-                meet=meet_bent_images if periodic else meet_bent,
-                collide=collide_bent_images if periodic else collide_bent,
-                soonest=None if periodic else bounds if scene.uniform else soonest_bent,
-                touch=touch_bent_images if periodic else touch_bent,
-                part=part_bent,
-                gap=gap,
-                ledge=ledge_of_images if periodic else ledge,
-                contact_distance="outlines",
-                shapes=True,
-                periodic=periodic,
-                bent=True,
-                numbers=numbers,
-            )
+        periodic, bent = bool(scene.periodic), scene.bent
+        bounds = bounds if scene.uniform else soonest_bent
+        meet, collide, touch = HOOKS[periodic, bent]
         return PairParts(
-            meet=meet_images if periodic else meet,
-            collide=collide_images if periodic else collide,
-            soonest=soonest_of_images if periodic else bounds,
-            touch=touch_images if periodic else touch,
-            part=part_images if periodic else part,
+            meet=meet,
+            collide=collide,
+            soonest=bounds if not periodic else None if bent else soonest_of_images,
+            touch=touch,
+            part=part_bent if bent else part,
             gap=gap,
+            ledge=None if not bent else ledge_of_images if periodic else ledge,
             contact_distance="outlines",
             shapes=True,
             periodic=periodic,
+            bent=bent,
             numbers=numbers,
         )
