@@ -412,11 +412,7 @@ class Course:
         m = self._difference(a, b)
         flight, begun = (self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
         if self.bent:
-            tick = (
-                arithmetic.bent_parting_tick(*flight, begun)
-                if m is None
-                else bent_shapes.bent_parting_tick(m, *flight, begun)
-            )
+            tick = bent_shapes.bent_parting_tick(m, *flight, begun)
         else:
             tick = arithmetic.parting_tick(*flight) if m is None else shapes.parting(m, *flight)
         if tick is not None:
@@ -474,10 +470,8 @@ class Course:
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
-            if self.bent and m is not None:
-                return bent_shapes.bent_tick(m, one, two, self.frame, image, image == barred, earliest)
             if self.bent:
-                return arithmetic.bent_tick(one, two, self.frame, image, image == barred, earliest)
+                return bent_shapes.bent_tick(m, one, two, self.frame, image, image == barred, earliest)
             if m is None:
                 return arithmetic.PairQuadratic(one, two, self.frame, image).tick()
             met = shapes.contact(m, one, two, self.frame, image)
