@@ -86,9 +86,8 @@ def write_report(
     conditions: Mapping[str, Any],
 ) -> list[Path]:
     """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV) to a folder, which is made
-    if it is not there; returns the paths, the page ``accuracy.html`` first. ``conditions`` are versions and
-    machine (``kinetile_accuracy.environment``). Raises MissingExtra without matplotlib, before anything is
-    written, and OSError."""
+    if it is not there; returns the paths, the page ``accuracy.html`` first. ``conditions`` are those of
+    ``environment``. Raises MissingExtra without matplotlib, before it writes anything, and OSError."""
     check_packages(())
     sections, folder = list(sections), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -2,8 +2,7 @@
 
 Bodies do not rotate. When two of them touch is decided exactly (``kinetile.kernel.certificates.convex``;
 docs/specification.md, rule 5s), with the difference of their shapes from a table that is made once. What
-follows is rule 9s: they exchange momentum across the face of the difference at which they touch, or along the
-line from a corner.
+follows is rule 9s: they exchange momentum across the face of the difference, or along the line from a corner.
 
 Lower bounds are those of the same differences, fattened by more than all rounding.
 
@@ -188,8 +187,7 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
 
 @hook
 def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Returns from when until when coordinates that are to grow by low to high, at speeds v, have grown
-    so."""
+    """Returns from when until when coordinates that grow at speeds v have grown by low to high."""
     zero = spread(0.0)
     still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
     one = low / still
@@ -512,8 +510,7 @@ def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
     @hook
     def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
         """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
-        (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at
-        it."""
+        (dx, dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
         f = k.numbers
         row = row_of(k, a, b)
         count = int(f[row + COUNT])
@@ -576,8 +573,7 @@ def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> fl
 
 @hook
 def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``shapes_touch``, of bodies with accelerations, through the image of their plans (rules 5t and
-    7t)."""
+    """As ``shapes_touch``, of bodies with accelerations (rules 5t and 7t)."""
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
         return NEVER

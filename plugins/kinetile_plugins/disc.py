@@ -396,8 +396,7 @@ def overlap(one: Records, two: Records, distance: float) -> float:
 
 @hook
 def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
-    """Exchanges momentum along a normal of length 1, by a share of the closing speed; 1: elastically (rule
-    9)."""
+    """Exchanges momentum along a unit normal, by a share of the closing speed; 1: elastically (rule 9)."""
     give(k, a, b, nx, ny, share * closing_speed(k.bodies[a], k.bodies[b], nx, ny))
 
 
@@ -440,8 +439,7 @@ def part_of(
     parts: Callable[[Kernel, int, int, Any], int],
     through: Callable[[Kernel, Records, Records, float, float], Any],
 ) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``part``, of what is as ``parts_after``, and of what makes plans ``through`` an
-    image."""
+    """Returns the hook ``part``, from hooks as ``parts_after``, and for plans ``through`` an image."""
 
     @unchecked
     @hook

@@ -179,9 +179,8 @@ def bent_ways(
 def chords(
     vx: Floats, vy: Floats, bx: Floats, by: Floats, span: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Returns of bent ways through a span of time: the span, 0 if it has no end, for then nothing is
-    accelerated; the velocity along the chord; how far the way is from that at most; and |x| + |y| of the
-    acceleration."""
+    """Returns of bent ways through a span of time: the span, 0 if it has no end and nothing is accelerated;
+    velocity along the chord; how far the way is from that at most; |x| + |y| of the acceleration."""
     zero = spread(0.0)
     half = spread(0.5)
     h = choose(span < spread(2.0**200), span, zero)

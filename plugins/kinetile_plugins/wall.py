@@ -4,8 +4,7 @@ The kernel holds one wall certificate a body: the first wall that its present pl
 again only when the plan changes, so no broad phase depends on walls.
 
 As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
-contact. Ties, a body in a corner, go to the wall that comes first: left, right, bottom, top; the other wall
-follows at the same tick.
+contact. In a corner the first wall of left, right, bottom, top counts; the other follows at the same tick.
 
 A body that is accelerated along an axis may reach either wall at its ends: ``BENT`` has the hooks for these.
 """

@@ -1,5 +1,4 @@
-"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles,
-periodic axes among them.
+"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
 as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the

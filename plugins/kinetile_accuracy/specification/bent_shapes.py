@@ -1,5 +1,4 @@
-"""Rules 5a, 7a and 11a of docs/specification.md, and 5t, 7t and 11t: contacts of accelerated discs and
-convex bodies, in whole numbers.
+"""Rules 5a, 7a and 11a of docs/specification.md, and 5t, 7t and 11t: accelerated bodies, in integers.
 
 A *set* of whole n from a start on is a list of runs [low, high). Whether d(n) is beyond the line of a face,
 over the face or nearest to a corner are signs of polynomials of n; where one of them is below 0 follows from

@@ -11,8 +11,7 @@ The commands of the scene, class 2, are in a list of their own: each comes befor
 tick, or after the number that it gives. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
 contacts with all others: the few that may come first get an entry each, the rest one for all. So of each two
 bodies at least the one that changed last has an entry that covers the other, and an entry that is older than
-the plan of one of its bodies is dropped. That is O(n) a contact, and about one exact tick for each body in
-it.
+a plan of its bodies is dropped. That is O(n) a contact, with some two exact ticks.
 """
 
 from __future__ import annotations
@@ -91,8 +90,7 @@ class _Planned(NamedTuple):
 
 
 class Course:
-    """The events of a scene, one after the other; ``last`` is an exact end: a tick, and its contacts (rule
-    8).
+    """The events of a scene, one after the other; ``last`` is an exact end (rule 8): tick, contacts.
 
     ``plans`` are the present flight plans, by body: the last of one that is gone, any of one still to come.
     ``held`` is what holds each body (rule 9r), ``present`` whether it is there, ``now`` the tick up to which

@@ -1,10 +1,9 @@
 """Audit of the cells, slow and from scratch, and their drawing.
 
 Between two events every body is within its home, but for rounding and for one that is about to go over; the
-table has every body in the cell of its home and nowhere else, block before list; every body is a guest
-in the cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which
-the plan says that an edge is reached; and no cell, without its slack, is narrower than bodies that may be at
-home in its level.
+table has every body in the cell of its home and nowhere else, block before list; every body is a guest in the
+cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which the
+plan says that an edge is reached; and no cell, without its slack, is narrower than bodies of its level.
 """
 
 from __future__ import annotations

@@ -32,8 +32,7 @@ p(x, y) = (x + C y) mod N.
   is changed by such a step at each crossing stays at p of its cell. Adjacency is mutual, since the distances
   come with both signs: a is near b if b is near a. ``near`` reads the table alone.
 - *Nine places.* The nine distances lie from -C - 1 to C + 1, and are different integers, since C >= 3. Two of
-  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and no body is
-  named twice.
+  them differ by 2 C + 2 at most, less than 3 C <= N, so also modulo N: no body is named twice.
 - *The two ends.* For a place n with C < n < N - C - 1 all nine lie from 0 to N - 1 without a turn, and are
   three runs of three blocks. For the other places, the first row, the last, and one place beside each, every
   sum is more than -N and less than 2 N, since C + 1 < N: one turn, added or subtracted, winds it up.
@@ -46,8 +45,7 @@ p(x, y) = (x + C y) mod N.
   and must not be rounded. A side is at least 2 (r + 2 delta), more than 256 (n + 4) u X. So |x| and |y| are
   less than 2^45 / (n + 4) + 1, for n bodies. A level has at most 8 n + 15 places, and C is at most a third of
   it: C |y| and the sum x + C y are less than 2^47, exact. The quotient by N is off by 2^-6 / N at most, while
-  a quotient that is not whole is at least 1 / N from the next whole number: its floor is right, and so is the
-  remainder.
+  a quotient that is not whole is at least 1 / N from the next whole number: its floor is right.
 """
 
 from __future__ import annotations
@@ -258,8 +256,7 @@ def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int)
 
 
 def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns the hooks that find their way in the table, on a helix or a torus: ``list_ahead``,
-    ``come_home`` and ``go_over``."""
+    """Returns ``list_ahead``, ``come_home`` and ``go_over`` for a table that is a helix or a torus."""
 
     @hook
     def beside(grid: Records, cell: int, right: int, up: int) -> int:
@@ -290,8 +287,7 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
     @hook
     def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-        """Inserts a body into the cell of a level in which it is, by its rounded coordinates: later its cell
-        depends on crossings alone."""
+        """Inserts a body into its cell of a level, by rounded coordinates: later crossings alone count."""
         plan = k.bodies[body]
         home = s.homes[body]
         grid = s.levels[level]

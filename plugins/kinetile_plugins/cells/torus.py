@@ -9,8 +9,7 @@ Nine cells are around a cell, three where there is one column or one row. Up to 
 adjacent to each other, and a crossing between them would bring no newcomers: then there is one, which no
 body leaves. (In a long, thin torus a body goes round the short axis thousands of times between two contacts.)
 
-An axis that is not periodic has a column more than the arena, as in ``layout.py``, and the ends are not
-adjacent.
+An axis that is not periodic has a column more than the arena, as in ``layout.py``: its ends are apart.
 """
 
 from __future__ import annotations

@@ -42,8 +42,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
         Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
         from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
-        branch that depends on one is predicted wrongly half of the time: all of it is computed, and then
-        chosen.
+        branch on one is mispredicted half of the time: all is computed, and then chosen.
         """
         plan = k.bodies[body]
         home = s.homes[body]

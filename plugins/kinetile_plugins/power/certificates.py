@@ -1,5 +1,4 @@
-"""Certificates of the edges: when the triangulation stops to be regular, and for which of them a body is
-queued.
+"""Certificates of the edges: when the triangulation stops to be regular.
 
 An edge ab with c on its left and d on its right has one certificate: the lifted d is less than theta below
 the plane of a, b and c (docs/cells.md). Twice the area of the triangle times that depth is a determinant of

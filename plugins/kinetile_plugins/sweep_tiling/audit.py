@@ -144,8 +144,7 @@ def _sweep(s: State, bodies: int) -> Iterator[str]:
     """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
 
     A bound is swept when all tiles that end at it have begun, so no coordinate is read. What the sweep line
-    crosses is in two lists (the body above, the body below) with the open left port of each gap, as in
-    ``construction``.
+    crosses is in two lists (the body above, the body below) with the open left port of each gap.
     """
     n = len(s.level)
     web = s.web.tolist()

@@ -4,8 +4,7 @@ A tile fails by its width, or, as a corner, by its vertical order. Eight tiles a
 computed from the flight plans, at the later of the two anchors, as ``falls`` expects it: no tick depends on
 which tiles are computed together.
 
-A body owns the three tiles at its left ports. It has one certificate in the queue, for the first of them to
-fail.
+A body owns the three tiles at its left ports, and is in the queue for the first of them to fail.
 """
 
 from __future__ import annotations

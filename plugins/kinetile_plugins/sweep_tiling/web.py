@@ -13,8 +13,7 @@ edge is an L bound without one. A port is known by the place that holds its link
 place, that of its port OUTER. The two bounds of a body share a cache line. Only the hooks below use these
 numbers: the rules are about bodies, bounds, ports, ends and tiles, and a tile is known by its left port.
 
-On a cylinder a link has the number of its periods, counted between unwrapped places. Without a body there is
-no tile.
+On a cylinder a link has the number of its periods, between unwrapped places; without a body there is no tile.
 """
 
 from __future__ import annotations
