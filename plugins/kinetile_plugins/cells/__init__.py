@@ -90,7 +90,7 @@ class Cells:
             enter=hooks.enter,
             leave=hierarchy.leave if hooks is hierarchy else uniform.leave,
             room=scene.capacity,
-            build=torus.build if hooks is torus else uniform.build,
+            build=hooks.build,
             repair=hooks.repair,
             replan=torus.watch if hooks is torus else uniform.watch,
             soon=hierarchy.soon if hooks is hierarchy else uniform.soon,

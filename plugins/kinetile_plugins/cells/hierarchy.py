@@ -20,6 +20,7 @@ from kinetile_plugins.cells.layout import (
     list_ahead,
     list_around,
     move_out,
+    settle,
     wrapped,
 )
 from kinetile_plugins.cells.uniform import fetch_around, watch
@@ -57,6 +58,29 @@ def _list_guests(k: Kernel, s: State, cell: int, count: int) -> int:
         count += 1
         number = s.guests[number].next
     return count
+
+
+@hook
+def _invite(s: State, body: int) -> None:
+    """Registers a body in all coarser levels than its own, as a guest."""
+    coarser = len(s.levels) - 1
+    home = s.homes[body]
+    level = int(home.level)
+    for at in range(level + 1, coarser + 1):
+        over = s.levels[at]
+        part = s.levels[level].side / over.side
+        cell = cell_of(over, math.floor(home.x * part), math.floor(home.y * part))
+        _enter_as_guest(s, body * coarser + at - 1, cell)
+
+
+@unchecked
+@hook
+def build(k: Kernel, s: State) -> None:
+    """Puts every body into the cells that ``arrange`` has found, and watches it."""
+    for body in range(k.clock[0].bodies):
+        settle(s, body)
+        _invite(s, body)
+        watch(k, s, body)
 
 
 @unchecked
@@ -128,12 +152,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
     while level < coarser and s.levels[level].widest < k.bodies[body].radius:
         level += 1
     come_home(k, s, body, level)
-    home = s.homes[body]
-    for at in range(level + 1, coarser + 1):
-        over = s.levels[at]
-        part = s.levels[level].side / over.side
-        cell = cell_of(over, math.floor(home.x * part), math.floor(home.y * part))
-        _enter_as_guest(s, body * coarser + at - 1, cell)
+    _invite(s, body)
     watch(k, s, body)
 
 

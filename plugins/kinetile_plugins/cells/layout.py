@@ -256,7 +256,7 @@ def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int)
 
 
 def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns ``list_ahead``, ``come_home`` and ``go_over`` for a table that is a helix or a torus."""
+    """Returns ``list_ahead``, ``settle``, ``come_home`` and ``go_over``, for a helix or a torus."""
 
     @hook
     def beside(grid: Records, cell: int, right: int, up: int) -> int:
@@ -286,6 +286,15 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         return count
 
     @hook
+    def settle(s: State, body: int) -> None:
+        """Puts a body into the cell of its column and row."""
+        home = s.homes[body]
+        grid = s.levels[home.level]
+        home.cell = cell_on_torus(grid, home.x, home.y) if periodic else cell_of(grid, home.x, home.y)
+        home.next = NOBODY
+        move_in(s, body, home.cell)
+
+    @hook
     def come_home(k: Kernel, s: State, body: int, level: int) -> None:
         """Inserts a body into its cell of a level, by rounded coordinates: later crossings alone count."""
         plan = k.bodies[body]
@@ -296,12 +305,8 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         if periodic:
             home.x += float(k.images[body].kx * grid.columns)
             home.y += float(k.images[body].ky * grid.rows)
-            home.cell = cell_on_torus(grid, home.x, home.y)
-        else:
-            home.cell = cell_of(grid, home.x, home.y)
         home.level = level
-        home.next = NOBODY
-        move_in(s, body, home.cell)
+        settle(s, body)
 
     @hook
     def go_over(s: State, body: int) -> tuple[int, int]:
@@ -317,10 +322,10 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         move_in(s, body, home.cell)
         return right, up
 
-    return list_ahead, come_home, go_over
+    return list_ahead, settle, come_home, go_over
 
 
-list_ahead, come_home, go_over = moves(False)
+list_ahead, settle, come_home, go_over = moves(False)
 
 
 SPACING = 1.25, 1.65
@@ -448,37 +453,23 @@ def empty(scene: Scene, sides: list[float], size: Callable[..., tuple[int, int]]
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its present cells; the cells become wider if the skin needs it.
+    """Finds every body's present cell; the cells become wider if the skin needs it.
 
     The present bodies do not determine the width: a wider one may be inserted later.
     """
     homes, levels = s.homes[: len(k.bodies)], s.levels
-    level = homes.level
     least = least_side(levels.widest, k.clock[0].limits.skin)
     levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
     levels.height = levels.side
     levels.slack = 0.5 * (levels.side - least)
-    homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
-    s.hosts[:] = NOBODY
-    homes.cell = cells_of(levels[level], homes.x, homes.y)
-    fill(s, homes)
-    for at in range(1, len(levels)):
-        _invite(s, at, homes)
+    homes.x, homes.y = np.floor(positions_now(k) / levels.side[homes.level][:, None]).T
+    clear(s)
 
 
-def fill(s: State, homes: Records) -> None:
-    """Puts bodies into the cells of their homes; all cells were empty before."""
-    homes.next = NOBODY
-    s.blocks[:] = 0
-    s.lists[:] = NOBODY
-    body, before, rank = _queued(homes.cell)
-    inside, cell = rank < FULL, homes.cell[body]
-    s.blocks[cell[inside] * BLOCK + rank[inside]] = body[inside]
-    np.maximum.at(s.blocks, cell * BLOCK + FULL, np.minimum(rank + 1, FULL))
-    homes.next[body[rank > FULL]] = before[rank > FULL]
-    s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
-    first = body[rank == FULL]  # of those in a list
-    s.listed[:] = np.bincount(homes.level[first], minlength=len(s.listed))
+def clear(s: State) -> None:
+    """Empties all cells."""
+    s.blocks[:] = s.listed[:] = 0
+    s.lists[:] = s.hosts[:] = NOBODY
 
 
 def cells_of(grid: Records, x: Any, y: Any) -> Any:
@@ -489,30 +480,3 @@ def cells_of(grid: Records, x: Any, y: Any) -> Any:
 def cells_on_torus(grid: Records, x: Any, y: Any) -> Any:
     """Returns what ``cell_on_torus`` does, for many at once."""
     return (np.mod(x, grid.columns) + np.mod(y, grid.rows) * grid.columns).astype(np.int64)
-
-
-def _invite(s: State, at: int, homes: Records) -> None:
-    """Registers in a level all bodies of finer levels, as guests."""
-    guest, grid = s.guests, s.levels[at]
-    (smaller,) = np.nonzero(homes.level < at)
-    number = smaller * (len(s.levels) - 1) + at - 1
-    home = homes[smaller]
-    part = s.levels.side[home.level] / grid.side
-    cell = cells_of(grid, np.floor(home.x * part), np.floor(home.y * part))
-    guest.cell[number] = cell
-    which, _, rank = _queued(cell)
-    number, cell = number[which], cell[which]
-    first = rank == 0
-    guest.next[number] = np.where(first, NOBODY, number[np.maximum(np.arange(len(number)) - 1, 0)])
-    last = np.append(first[1:], True)
-    guest.prev[number] = np.where(last, NOBODY, np.append(number[1:], 0))
-    s.hosts[cell] = number  # of several in a cell, the last
-
-
-def _queued(cell: Any) -> tuple[Any, Any, Any]:
-    """Returns the bodies in cells, sorted by cell, the one before each, and their number in its cell."""
-    order = np.argsort(cell, kind="stable")
-    sorted_cells, where = cell[order], np.arange(len(order))
-    begins = np.append(True, sorted_cells[1:] != sorted_cells[:-1])[: len(order)]
-    rank = where - np.maximum.accumulate(np.where(begins, where, 0))
-    return order, np.roll(order, 1), rank

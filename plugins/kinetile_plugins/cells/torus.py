@@ -43,7 +43,7 @@ def useful(cells: int) -> int:
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its present cell; cells are as wide as the periods and the skin need."""
+    """Finds every body's present cell; cells are as wide as the periods and the skin need."""
     grid, torus = s.levels[0], k.clock[0].torus
     least = float(layout.least_side(grid.widest, k.clock[0].limits.skin)) * layout.ABOVE
     wanted = max(float(grid.side), least)
@@ -63,5 +63,4 @@ def arrange(k: Kernel, s: State) -> None:
     homes, images, places = s.homes[: len(k.bodies)], k.images[: len(k.bodies)], positions_now(k)
     homes.x = np.floor(places[:, 0] / grid.side) + images.kx * float(grid.columns)
     homes.y = np.floor(places[:, 1] / grid.height) + images.ky * float(grid.rows)
-    homes.cell = layout.cells_on_torus(grid, homes.x, homes.y)
-    layout.fill(s, homes)
+    layout.clear(s)

@@ -32,7 +32,7 @@ def edge(grid: Records, side: float, cell: float, speed: float) -> float:
 def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     """Returns ``watch``, ``build``, ``near``, ``repair`` and ``enter``; where an axis is periodic homes are
     unwrapped, and no body leaves the only column or row (``torus.py``)."""
-    list_ahead, come_home, go_over = moves(periodic)
+    list_ahead, settle, come_home, go_over = moves(periodic)
     around = list_around_on_torus if periodic else list_around
 
     @unchecked
@@ -71,8 +71,9 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Watches every body; ``arrange`` has put them into their cells."""
+        """Puts every body into its cell, which ``arrange`` has found, and watches it."""
         for body in range(k.clock[0].bodies):
+            settle(s, body)
             watch(k, s, body)
 
     @unchecked
