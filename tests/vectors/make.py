@@ -155,7 +155,7 @@ def shape_exchange(masses: Words | None, *bodies: Body) -> Words:
     """Rule 9s: the velocities of both."""
     (xa, ya, *one), (xb, yb, *two) = (doubles(plan) for _, _, plan in bodies)
     v = Fraction(two[0]) - Fraction(one[0]), Fraction(two[1]) - Fraction(one[1])
-    along = shapes.normal(_difference(*bodies), (xb - xa, yb - ya), v)
+    along, _ = shapes.normal_and_face(_difference(*bodies), (xb - xa, yb - ya), v)
     a, b = exchanged_along(along, (tuple(one), tuple(two)), masses and doubles(masses))
     return numbers(*a, *b)
 

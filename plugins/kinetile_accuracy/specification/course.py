@@ -356,7 +356,8 @@ class Course:
             self.held[body] = held[0], support
             return True
         pull, velocity = rest.across(whole, support.out), rest.across((plan.vx, plan.vy), support.out)
-        if not rest.part(whole, support.out) < 0 or any(map(_both, pull, self.frame.periods)):
+        along = [speed for speed, period in zip(pull, self.frame.periods, strict=True) if period]
+        if not rest.part(whole, support.out) < 0 or any(along):
             return False
         self._change(body, plan, velocity, pull)
         self.held[body] = (support,)
@@ -601,10 +602,6 @@ class Course:
             if self.plans[body].anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))
-
-
-def _both(one: float, other: float) -> bool:
-    return one != 0.0 != other
 
 
 def _two(numbers: Sequence[float] | Floats) -> Vector:

@@ -245,13 +245,9 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
     return (top + root if sign > 0 else top - root - (root * root != under)) // common
 
 
-def normal(m: Difference, d: Vector, v: Exact) -> Vector:
-    """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity."""
-    return normal_and_face(m, d, v)[0]
-
-
 def normal_and_face(m: Difference, d: Vector, v: Exact) -> tuple[Vector, Face | None]:
-    """Returns the same with its face; None: it is the normal of a corner."""
+    """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity, and
+    its face; None: it is the normal of a corner."""
     closing = [face for face in m.faces if dot(face.normal, v) < 0] if not m.radius else []
     face, away = _rounded(m, closing or m.faces, d)
     if face is not None and away is None:
