@@ -1,11 +1,6 @@
-"""The hooks where bodies of different size are at home in different levels of cells.
-
-The cells of a level are a power of two times as wide as those of the level below, and made of them. A body is
-at home in one level, and a *guest* in the cells around its own of every coarser level. Two bodies are near
-each other if the smaller one, at home or as a guest, is in the cell of the larger or in one of the eight
-around it. So a body is near those at home and the guests around it in its own level, and those at home around
-it in each coarser one; either side finds the other.
-"""
+"""The hooks where bodies of different size are at home in different levels (docs/cells.md, Bodies of many
+sizes). A body is near those at home and the guests around it in its own level, and those at home around it in
+each coarser one; either side finds the other."""
 
 from __future__ import annotations
 

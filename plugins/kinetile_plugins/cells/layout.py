@@ -1,25 +1,17 @@
 """The table of cells: their widths, the bodies in each, and how the hooks read and change it.
 
-The plane is divided into square cells, and a cell has a number, its place in the table: the rows of the
-table follow each other, so cell (x, y) of the plane is place x + ``columns`` y, modulo the number of places.
-The end of a row adjoins the beginning of the next one, and the last place adjoins the first: a helix, wound
-up to a torus. So the eight cells around a cell are at fixed distances from it, everywhere, and only near the
-two ends of the table is there anything to wind up. With an arena the table has one more column and row than
-the arena, so that no two cells of the arena share a place and its opposite edges are not adjacent. Without
-one cells that are a multiple of a whole turn apart share a place. That makes pairs that are far apart, which
-only costs time: nearness depends on the table alone, and is the same from both sides (below).
+docs/cells.md has what is stored, and how wide cells are. Rows of the table follow each other: cell (x, y) of
+the plane is place x + ``columns`` y, modulo the number of places. The end of a row adjoins the beginning of
+the next one, and the last place adjoins the first: a helix, wound up to a torus. So the eight cells around a
+cell are at fixed distances from it, everywhere, and only near the two ends of the table is there anything to
+wind up. With an arena the table has one more column and row than the arena, so that no two cells of the arena
+share a place and its opposite edges are not adjacent.
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
-threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. How many
-cells of a level have a list is counted: none in most scenes, and then no list is looked for.
-
-The narrower the cells, the fewer bodies are near each other, and the more often one moves to another cell. A
-cell cannot be narrower than the widest body at home in it (the docstring of the package has the bound and its
-proof); a body is as wide as twice what it reaches to its farthest side. For bodies that are far apart it is
-best to have two or three in a cell: ``SPACING`` times the side at which there is one. That is measured, and
-the optimum is flat. A cell is wider than it must be by twice its ``slack``: a body may be outside its cell by
-that and stay at home, so a body that oscillates over an edge does not cross each time.
+threaded through the bodies. How many cells of a level have a list is counted: none in most scenes, and then
+no list is looked for. A body is as wide as twice what it reaches to its farthest side, and a cell is wider
+than it must be by twice its ``slack``.
 
 Why the table loses no pair
 ===========================
