@@ -26,11 +26,10 @@ import numpy as np
 
 from kinetile import Accelerate, Insert, Remove, Scene, Shape, Turn
 from kinetile.instruments import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
-from kinetile_accuracy.specification import arithmetic, bent_shapes, rest, shapes
-from kinetile_accuracy.specification.answers import OUT, Answers
+from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
+from kinetile_accuracy.specification.answers import OUT, Answers, Support, across, both_hold, part
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
-from kinetile_accuracy.specification.rest import Support
 from kinetile_accuracy.specification.shapes import Difference
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
@@ -313,7 +312,7 @@ class Course:
             if self._settles(body, plan, Support(wall, (-nx, -ny)), held):
                 self._answers.touch((body,), self.now)
                 return
-            if rest.part(pull, (nx, ny)) > 0:
+            if part(pull, (nx, ny)) > 0:
                 self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick, w))
                 return
         self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick))
@@ -336,7 +335,7 @@ class Course:
                     self._answers.touch((a, b), self.now)
                     return
             (ax, ay), (bx, by) = pulls
-            pressed = w if rest.part((bx - ax, by - ay), out) < 0 else None
+            pressed = w if part((bx - ax, by - ay), out) < 0 else None
         velocities = self._answers.of_pair((a, b), plans, out, self.tick, pressed)
         for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
             self._change(body, plan, velocity)
@@ -351,13 +350,13 @@ class Course:
                 return False
         w = self._answers.settle(body, other)
         slow = plan.vx * plan.vx + plan.vy * plan.vy <= w * w
-        if len(held) == 1 and slow and rest.both_hold(whole, held[0], support):
+        if len(held) == 1 and slow and both_hold(whole, held[0], support):
             self._change(body, plan, (0.0, 0.0), (0.0, 0.0))
             self.held[body] = held[0], support
             return True
-        pull, velocity = rest.across(whole, support.out), rest.across((plan.vx, plan.vy), support.out)
+        pull, velocity = across(whole, support.out), across((plan.vx, plan.vy), support.out)
         along = [speed for speed, period in zip(pull, self.frame.periods, strict=True) if period]
-        if not rest.part(whole, support.out) < 0 or any(along):
+        if not part(whole, support.out) < 0 or any(along):
             return False
         self._change(body, plan, velocity, pull)
         self.held[body] = (support,)

@@ -258,20 +258,8 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
     thin = (8.0 if pending.any() else 4.0) * float(clock.limits.skin)
-    yield from _lines(tiles, left, right, west, east, place[:, 1], thin, float(clock.torus.x))
-
-
-def _lines(
-    tiles: AllTiles,
-    left: Floats,
-    right: Floats,
-    west: Floats,
-    east: Floats,
-    level: Floats,
-    thin: float,
-    period: float,
-) -> Iterator[str]:
-    """On every vertical line the tiles that it crosses are the gaps between the bodies that it crosses."""
+    # On a vertical line the tiles that it crosses are the gaps between the bodies that it crosses (I8).
+    level, period = place[:, 1], float(clock.torus.x)
     n, there = tiles.slots, tiles.there
     west, east = west[there], east[there]
     edges = np.concatenate([west, east])
