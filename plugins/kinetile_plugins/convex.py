@@ -230,6 +230,24 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
 
 
 @hook
+def boxes_overlap(
+    k: Kernel, body: int, start: int, wide: Floats, dx: Floats, dy: Floats, vx: Floats, vy: Floats
+) -> tuple[Floats, Floats]:
+    """Returns from when until when the upright boxes around a body, wider than it, and around eight others,
+    from a place in ``k.near`` on, overlap that are so far apart and move so."""
+    mine = k.sides[body]
+    left, right, down, up = places(k.sides, k.near, start)
+    zero = spread(0.0)
+    delay, ends = within(
+        zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, vx
+    )
+    begins, leaves = within(
+        zero - (spread(mine.down) + wide + up) - dy, (spread(mine.up) + wide + down) - dy, vy
+    )
+    return choose(delay < begins, begins, delay), choose(ends < leaves, ends, leaves)
+
+
+@hook
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
@@ -237,24 +255,14 @@ def boxes_meet(
     nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
-    mine = k.sides[body]
     x, y, vx, vy = places(k.places, k.near, start)
-    left, right, down, up = places(k.sides, k.near, start)
     vx = vx - spread(one.vx)
     vy = vy - spread(one.vy)
     dx = (x - spread(one.x)) + vx * elapsed
     dy = (y - spread(one.y)) + vy * elapsed
     if periodic:
         dx, dy = nearest_image(k, dx, dy)
-    zero = spread(0.0)
-    delay, ends = within(
-        zero - (spread(mine.left + fat) + right) - dx, (spread(mine.right + fat) + left) - dx, vx
-    )
-    begins, leaves = within(
-        zero - (spread(mine.down + fat) + up) - dy, (spread(mine.up + fat) + down) - dy, vy
-    )
-    delay = choose(delay < begins, begins, delay)
-    ends = choose(ends < leaves, ends, leaves)
+    delay, ends = boxes_overlap(k, body, start, spread(fat), dx, dy, vx, vy)
     return delay, ends, dx, dy, vx, vy
 
 
@@ -708,7 +716,6 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     limits = k.clock[0].limits
     fill(k.near, count, body)
     one = k.places[body]
-    mine = k.sides[body]
     zero = spread(0.0)
     more = spread(1.0 + 2.0**-40)
     room = spread(2.0**14 * k.clock[0].tick)
@@ -718,18 +725,9 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     rest = math.inf
     who = NOBODY
     for start in range(0, count, LANES):
-        left, right, down, up = places(k.sides, k.near, start)
         dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
         h, cx, cy, sagitta, _ = chords(vx, vy, bx, by, span)
-        wide = spread(fat) + sagitta
-        begins, leaves = within(
-            zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, cx
-        )
-        enters, passes = within(
-            zero - (spread(mine.down) + wide + up) - dy, (spread(mine.up) + wide + down) - dy, cy
-        )
-        delay = choose(begins < enters, enters, begins)
-        leaves = choose(leaves < passes, leaves, passes)
+        delay, leaves = boxes_overlap(k, body, start, spread(fat) + sagitta, dx, dy, cx, cy)
         delay = choose(delay > zero, delay, zero)
         may = (delay <= leaves) & (delay <= span * more + room) & (delay < spread(rest))
         found = bits(may)
