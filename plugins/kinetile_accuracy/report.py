@@ -50,9 +50,8 @@ def measure_parts(
     progress: ReportProgress | None = None,
     finish: Callable[[Section], object] | None = None,
 ) -> AccuracyReport:
-    """Measures parts of the report: names from ``PARTS``, None for all; ``finish`` is called with each
-    finished section. Raises BadOption where there is no such part, and MissingExtra where ``oracle`` lacks
-    python-flint."""
+    """Measures parts of the report: names from ``PARTS``, None for all; ``finish`` gets each finished
+    section. Raises BadOption for an unknown part, MissingExtra where ``oracle`` lacks python-flint."""
     check_parts(parts)
     sections = AccuracyReport()
     for name in PARTS if parts is None else parts:

@@ -444,8 +444,7 @@ def part_of(
     @unchecked
     @hook
     def part(k: Kernel, a: int, b: int) -> int:
-        """Returns the tick at which two bodies part that pass through each other, or ``NEVER``; through the
-        image that is on the clock."""
+        """Returns the tick at which two bodies that pass part, through the image on the clock, or NEVER."""
         early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
         late = a + b - early
         two = k.bodies[late]

@@ -335,8 +335,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
     @unchecked
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A bound passes the one behind it on its axis: exchange them, compare the other lists, watch
-        the three gaps around."""
+        """A bound passes the one behind it: exchange them, compare other lists, watch three gaps."""
         left = stride * body + first
         for bound in range(left + 1, left + end - first):
             if s.bounds[bound] < s.bounds[left]:

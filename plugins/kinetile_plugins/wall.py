@@ -54,8 +54,7 @@ def after(k: Kernel, body: Records, side: float, far: float, near: float, speed:
 
 @hook
 def first_wall(k: Kernel, body: Records, x: bool, y: bool) -> tuple[int, int]:
-    """Returns (tick, wall) of the first contact of a body with the walls at the ends of these axes; ``NEVER``
-    where there is none."""
+    """Returns (tick, wall) of the first contact with the walls at the ends of these axes, or ``NEVER``."""
     limits = k.clock[0].limits
     to_left, to_right, down, up = extent(body)
     tick = NEVER
@@ -137,8 +136,7 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 def after_fall(
     k: Kernel, body: Records, side: float, far: float, near: float, slope: float, pull: float
 ) -> int:
-    """Returns the tick at which a gap closes whose rate is ``slope`` at the anchor, and grows by ``pull``; or
-    ``NEVER``."""
+    """Returns the tick at which a gap of rate ``slope`` and acceleration ``pull`` closes, or ``NEVER``."""
     clock = k.clock[0]
     delay = bent_wall(far, near, side, slope, pull, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
@@ -147,8 +145,7 @@ def after_fall(
 @unchecked
 @hook
 def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
-    """Returns (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
-    left, right, bottom and top."""
+    """Returns (tick, wall) of the first contact; of several the first of left, right, bottom, top."""
     clock = k.clock[0]
     limits = clock.limits
     if limits.width == 0.0:  # there is no arena, and the parts are general

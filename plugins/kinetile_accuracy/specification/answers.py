@@ -120,8 +120,7 @@ class Answers:
         self, plans: tuple[FlightPlan, FlightPlan], away: Vector, m: Difference | None, length: float
     ) -> tuple[Vector, Face | None]:
         """Returns the unit normal of two bodies that have met, anchored, the second so far ``away`` from its
-        place (rule 9p), and its face, if it is that of one. ``m`` is the difference of their shapes; None:
-        they are discs."""
+        place (rule 9p), and its face, if it has one. ``m`` is the difference of shapes, None of discs."""
         one, two = plans
         dx, dy = (two.x - one.x) + away[0], (two.y - one.y) + away[1]
         if m is None:

@@ -26,8 +26,7 @@ arithmetic; t the time from there to their contact, at which the distance is at 
        rho = R + fat,  fat = 2^-45 (X + r) = 256 u (X + r)
 
    the computed way is at most the exact one to the contact, and where the computed h is above rho there is no
-   contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 in exact arithmetic
-   too: the two part, and never meet.
+   contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 exactly: they part.
 4. *The tick.* The way divided by |v| and by a tick has six roundings: 1 - 2^-48 is less than they can lose.
    Rounded down and added to the present tick, an integer, it is a bound of the contact's.
 

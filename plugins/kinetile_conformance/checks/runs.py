@@ -253,8 +253,7 @@ def _together(command: Command) -> object:
 
 
 def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> None:
-    """Gives commands of a scene, one or some insertions at once, in which bodies have other ``numbers``; what
-    is refused is left out."""
+    """Gives a command, or insertions at once, to bodies that have other ``numbers``, unless it is refused."""
     command = batch[0]
     if isinstance(command, Insert):
         coming = [each for each in batch if isinstance(each, Insert)]

@@ -81,8 +81,7 @@ def build(k: Kernel, s: State) -> None:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names the bodies at home and the guests around a body in its level, and those at home around it in each
-    coarser one."""
+    """Names those at home and the guests around a body in its level, and those at home in coarser ones."""
     home = s.homes[body]
     level = int(home.level)
     coarser = len(s.levels) - 1
@@ -140,8 +139,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """Inserts a body: its home is in the finest level that has been prepared for bodies as wide, and it is a
-    guest in the coarser ones."""
+    """Inserts a body: at home in the finest level for bodies as wide, a guest in the coarser ones."""
     coarser = len(s.levels) - 1
     level = 0
     while level < coarser and s.levels[level].widest < k.bodies[body].radius:

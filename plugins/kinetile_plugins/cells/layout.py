@@ -419,8 +419,7 @@ def table_size(scene: Scene, side: float) -> tuple[int, int]:
 
 
 def empty(scene: Scene, sides: list[float], size: Callable[..., tuple[int, int]] = table_size) -> State:
-    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it. ``size`` is of the
-    table of a level."""
+    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it."""
     n, coarser = scene.capacity, len(sides) - 1
     levels = np.zeros(len(sides), LEVEL).view(np.recarray)
     cells = 0

@@ -251,8 +251,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetches a body's bounds; then the plans and bounds of those to which its tiles and ends lead; then
-    their entries in the queue."""
+    """Prefetches a body's bounds; then plans and bounds of those in sight; then their queue entries."""
     first = port(left_bound(body), OUTER)
     if stage == 0:
         prefetch(s.web, first)
