@@ -469,47 +469,39 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
     return math.sqrt(x * x + y * y) - float(f[row + RADIUS])
 
 
-def _ledges(periodic: bool) -> Callable[..., int]:
-    """Returns the hook ``ledge`` (rule 8r)."""
-
-    @unchecked
-    @hook
-    def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
-        """Returns the tick at which a body leaves its support; one before its anchor: there is no face."""
-        plan = k.bodies[body]
-        other = k.bodies[support]
-        sense = 1.0 if k.queue[support].number < k.queue[body].number else -1.0
-        row = row_of(k, support if sense > 0.0 else body, body if sense > 0.0 else support)
-        f = k.numbers
-        nx = sense * mx
-        ny = sense * my
-        dx = sense * (plan.x - other.x)
-        dy = sense * (plan.y - other.y)
-        if periodic:
-            dx += k.clock[0].torus.right
-            dy += k.clock[0].torus.up
-        count = int(f[row + COUNT]) if row > 0 else 1
-        for face in range(row + HEAD, row + HEAD + (count if count > 1 else 0) * WIDE, WIDE):
-            if f[face + NX] == nx and f[face + NY] == ny:
-                if new and end_of(f, row, face, dx, dy) >= 0:
-                    return int(plan.anchor - 1)
-                after = face + WIDE if face < row + HEAD + (count - 1) * WIDE else row + HEAD
-                begin = nx * (dy - f[face + CY]) - ny * (dx - f[face + CX])
-                end = nx * (dy - f[after + CY]) - ny * (dx - f[after + CX])
-                rate = sense * (nx * plan.vy - ny * plan.vx)
-                pull = sense * (nx * plan.ay - ny * plan.ax)
-                strip = f[row + FLUSH]
-                clock = k.clock[0]
-                first = bent_wall(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
-                last = bent_wall(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
-                delay = smaller(first, last)
-                return int(plan.anchor + delay) if delay != NEVER else NEVER
-        return int(plan.anchor - 1)
-
-    return ledge
-
-
-ledge, ledge_of_images = _ledges(False), _ledges(True)
+@unchecked
+@hook
+def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
+    """Returns the tick at which a body leaves its support (rule 8r); before its anchor: there is no face."""
+    plan = k.bodies[body]
+    other = k.bodies[support]
+    sense = 1.0 if k.queue[support].number < k.queue[body].number else -1.0
+    row = row_of(k, support if sense > 0.0 else body, body if sense > 0.0 else support)
+    f = k.numbers
+    nx = sense * mx
+    ny = sense * my
+    dx = sense * (plan.x - other.x)
+    dy = sense * (plan.y - other.y)
+    if len(k.images) > 0:
+        dx += k.clock[0].torus.right
+        dy += k.clock[0].torus.up
+    count = int(f[row + COUNT]) if row > 0 else 1
+    for face in range(row + HEAD, row + HEAD + (count if count > 1 else 0) * WIDE, WIDE):
+        if f[face + NX] == nx and f[face + NY] == ny:
+            if new and end_of(f, row, face, dx, dy) >= 0:
+                return int(plan.anchor - 1)
+            after = face + WIDE if face < row + HEAD + (count - 1) * WIDE else row + HEAD
+            begin = nx * (dy - f[face + CY]) - ny * (dx - f[face + CX])
+            end = nx * (dy - f[after + CY]) - ny * (dx - f[after + CX])
+            rate = sense * (nx * plan.vy - ny * plan.vx)
+            pull = sense * (nx * plan.ay - ny * plan.ax)
+            strip = f[row + FLUSH]
+            clock = k.clock[0]
+            first = bent_wall(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
+            last = bent_wall(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
+            delay = smaller(first, last)
+            return int(plan.anchor + delay) if delay != NEVER else NEVER
+    return int(plan.anchor - 1)
 
 
 def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
@@ -784,7 +776,7 @@ class Convex:
             touch=touch,
             part=part_bent if bent else part,
             gap=gap,
-            ledge=None if not bent else ledge_of_images if periodic else ledge,
+            ledge=ledge if bent else None,
             contact_distance="outlines",
             shapes=True,
             periodic=periodic,

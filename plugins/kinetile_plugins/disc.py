@@ -388,13 +388,6 @@ soonest_bent, soonest_of_bent_images = _bent_bounds(False), _bent_bounds(True)
 
 
 @hook
-def overlap(one: Records, two: Records, distance: float) -> float:
-    """Returns the overlap of two discs; not a number where their centres are one place, so that there is no
-    line along which they could exchange momentum."""
-    return float(one.radius + two.radius - distance) if distance > 0.0 else math.nan
-
-
-@hook
 def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
     """Exchanges momentum along a unit normal, by a share of the closing speed; 1: elastically (rule 9)."""
     give(k, a, b, nx, ny, share * closing_speed(k.bodies[a], k.bodies[b], nx, ny))
@@ -415,9 +408,11 @@ def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap."""
+    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap; not a
+    number where their centres are one place, so that they could not exchange momentum."""
     distance = math.sqrt(dx * dx + dy * dy)
-    return dx / distance, dy / distance, overlap(k.bodies[a], k.bodies[b], distance)
+    reach = k.bodies[a].radius + k.bodies[b].radius
+    return dx / distance, dy / distance, float(reach - distance) if distance > 0.0 else math.nan
 
 
 @hook

@@ -99,25 +99,19 @@ def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
     return first_wall(k, body, walls and clock.torus.x == 0.0, walls and clock.torus.y == 0.0)
 
 
-@hook
-def depth_at(k: Kernel, body: Records, wall: int, x: float, y: float) -> tuple[float, float, float]:
-    """Returns the normal into the wall, and how deep a body is in it at a place."""
-    limits = k.clock[0].limits
-    left, right, down, up = extent(body)
-    if wall == LEFT:
-        return -1.0, 0.0, float(left - x)
-    if wall == RIGHT:
-        return 1.0, 0.0, float(right - (limits.width - x))
-    if wall == BOTTOM:
-        return 0.0, -1.0, float(down - y)
-    return 0.0, 1.0, float(up - (limits.height - y))
-
-
 @unchecked
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
     """Returns the normal into the wall, and how deep the body is in it."""
-    return depth_at(k, body, wall, body.x, body.y)
+    limits = k.clock[0].limits
+    left, right, down, up = extent(body)
+    if wall == LEFT:
+        return -1.0, 0.0, float(left - body.x)
+    if wall == RIGHT:
+        return 1.0, 0.0, float(right - (limits.width - body.x))
+    if wall == BOTTOM:
+        return 0.0, -1.0, float(down - body.y)
+    return 0.0, 1.0, float(up - (limits.height - body.y))
 
 
 @unchecked
