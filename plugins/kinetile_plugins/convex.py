@@ -29,17 +29,7 @@ from collections.abc import Callable
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import (
-    NEVER,
-    NOBODY,
-    Kernel,
-    PairParts,
-    hook,
-    larger,
-    since_origin,
-    smaller,
-    unchecked,
-)
+from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts, hook, larger, since_origin, smaller, unchecked
 from kinetile.toolbox.lanes import (
     LANES,
     Floats,

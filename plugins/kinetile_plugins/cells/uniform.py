@@ -8,14 +8,7 @@ from typing import Any
 
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
 from kinetile.toolbox.ticks import FAR
-from kinetile_plugins.cells.layout import (
-    BLOCK,
-    State,
-    list_around,
-    list_around_on_torus,
-    move_out,
-    moves,
-)
+from kinetile_plugins.cells.layout import BLOCK, State, list_around, list_around_on_torus, move_out, moves
 
 FETCHED = 2
 """Bodies of a cell that are prefetched, there or not: to read how many would be a branch that is as good as
