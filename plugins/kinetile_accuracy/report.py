@@ -50,9 +50,8 @@ def measure_parts(
     progress: ReportProgress | None = None,
     finish: Callable[[Section], object] | None = None,
 ) -> AccuracyReport:
-    """Measures parts of the report: names from ``PARTS``, None for all; ``finish`` is called with each
-    finished section. Raises BadOption where there is no such part, and MissingExtra where ``oracle`` lacks
-    python-flint."""
+    """Measures parts of the report: names from ``PARTS``, None for all; ``finish`` gets each finished
+    section. Raises BadOption for an unknown part, MissingExtra where ``oracle`` lacks python-flint."""
     check_parts(parts)
     sections = AccuracyReport()
     for name in PARTS if parts is None else parts:
@@ -86,9 +85,8 @@ def write_report(
     conditions: Mapping[str, Any],
 ) -> list[Path]:
     """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV) to a folder, which is made
-    if it is not there; returns the paths, the page ``accuracy.html`` first. ``conditions`` are versions and
-    machine (``kinetile_accuracy.environment``). Raises MissingExtra without matplotlib, before anything is
-    written, and OSError."""
+    if it is not there; returns the paths, the page ``accuracy.html`` first. ``conditions`` are those of
+    ``environment``. Raises MissingExtra without matplotlib, before it writes anything, and OSError."""
     check_packages(())
     sections, folder = list(sections), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

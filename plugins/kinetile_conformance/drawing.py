@@ -28,7 +28,7 @@ from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks import most
 from kinetile_conformance.checks.check import Check
 from kinetile_conformance.deadline import spent, uncounted
-from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies, only_commands
+from kinetile_conformance.strategies.changes import ended_at, only_bodies, only_commands
 from kinetile_conformance.strategies.gallery import smallest
 
 
@@ -146,7 +146,7 @@ def _leave_out_bodies(search: Search[Scene]) -> None:
 
 
 def _leave_out_commands(search: Search[Scene]) -> None:
-    if search.scene.commands and not search.take(lambda: changed(search.scene, commands=())):
+    if search.scene.commands and not search.take(lambda: search.scene.replace(commands=())):
         leave_out(search, lambda scene: np.arange(len(scene.commands)), only_commands, 1)
 
 
@@ -197,5 +197,5 @@ def _round_some(search: Search[Scene], fields: tuple[str, ...], which: npt.NDArr
             new[name] = np.where(chosen, np.round(old / step) * step, old)
         if all(np.array_equal(new[name], getattr(search.scene, name)) for name in fields):
             return
-        if search.take(partial(changed, search.scene, **new)):
+        if search.take(partial(search.scene.replace, **new)):
             return

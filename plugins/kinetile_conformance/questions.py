@@ -32,7 +32,7 @@ from kinetile_accuracy.specification.shapes import Difference, contact
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome, told
 from kinetile_conformance.checks.check import JUDGED
 from kinetile_conformance.drawing import leave_out, minimised, reduced
-from kinetile_conformance.strategies.changes import changed, ended_at, only_bodies
+from kinetile_conformance.strategies.changes import ended_at, only_bodies
 from kinetile_conformance.strategies.shapes import scaled
 
 SHORTENINGS, MOMENTS = 20, 12
@@ -266,14 +266,14 @@ def disturbed(scene: Scene, by: float) -> Scene:
     different, which = np.unique(scene.velocity, axis=0, return_inverse=True)
     velocity = (different * (1.0 + by * random.uniform(-1.0, 1.0, different.shape)))[which.reshape(-1)]
     off = by * np.abs(scene.position).max(initial=0.0) * random.uniform(-1.0, 1.0, scene.position.shape)
-    return changed(resized(scene, 1.0 + by), velocity=velocity, position=scene.position + off)
+    return resized(scene, 1.0 + by).replace(velocity=velocity, position=scene.position + off)
 
 
 def resized(scene: Scene, by: float) -> Scene:
     """Returns a scene with larger bodies at the start, by a factor."""
     if not scene.shapes:
-        return changed(scene, radius=scene.radius * by)
-    return changed(scene, shape=scene.shape, shapes=[scaled(shape, by) for shape in scene.shapes])
+        return scene.replace(radius=scene.radius * by)
+    return scene.replace(shape=scene.shape, shapes=[scaled(shape, by) for shape in scene.shapes])
 
 
 @dataclass(frozen=True)
@@ -386,7 +386,7 @@ class Casts(Question):
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yields scenes of two bodies, those that meet, or would if they were larger, and a few others."""
         end = Settings(until=min(horizon(scene) - scene.start, FORESEEN * scene.time_unit))
-        bare = changed(scene, commands=(), arena=None, start=0.0, settings=end)
+        bare = scene.replace(commands=(), arena=None, start=0.0, settings=end)
         met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()
         n = len(scene)
         pairs = dict.fromkeys((a, b) for a, b in met if 0 <= b < n > a)

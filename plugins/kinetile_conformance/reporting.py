@@ -22,8 +22,7 @@ SYMPTOMS: dict[str, dict[str, Any]] = tomllib.loads(
     Path(__file__).with_name("symptoms.toml").read_text(encoding="utf-8")
 )
 """What is ``often`` wrong where one of these ``checks`` (none: any) fails in words in which the regular
-expression ``pattern`` is found, the more particular rows first: a check sees a symptom, and the same few
-mistakes cause most of them."""
+expression ``pattern`` is found, the more particular rows first: the same few mistakes cause most symptoms."""
 
 
 SLIP = re.compile(r" raised (NameError|UnboundLocalError|AttributeError|TypeError): ")
@@ -157,8 +156,7 @@ class Report:
         return "\n".join([*lines, f"{' with '.join([self.subject.name, *self.subject.beside])} {verdict}"])
 
     def lines(self, result: Result, wide: int) -> list[str]:
-        """Returns the lines of one result, the name of its check padded to a width; ``foot`` has those that
-        are skipped."""
+        """Returns the lines of one result, the name of its check padded to a width, but of skipped ones."""
         if result.status == "skipped":
             return []
         scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"

@@ -18,13 +18,7 @@ from typing import Any, TypedDict
 
 from kinetile import Response, Scene, Settings, box, capsule, registry
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
-from kinetile.instruments import (
-    INTERPRETED,
-    check_options,
-    composition_of,
-    place_of,
-    read_narrow_phases,
-)
+from kinetile.instruments import INTERPRETED, check_options, composition_of, place_of, read_narrow_phases
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference

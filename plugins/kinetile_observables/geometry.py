@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.run.moment import Moment
+from kinetile.scene.bodies import whole_periods
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -21,11 +22,7 @@ def axes_with_walls(scene: Scene) -> str:
 
 def displacement(scene: Scene, apart: Floats) -> Floats:
     """Returns differences of positions, (..., 2), as those to the nearest image."""
-    axes = scene.periodic
-    if not axes or scene.arena is None:
-        return apart
-    sides, closed = np.array(scene.arena), np.array([axis in axes for axis in "xy"])
-    nearest: Floats = apart - np.rint(apart / sides) * (sides * closed)
+    nearest: Floats = apart - whole_periods(apart, scene.periods) * np.array(scene.periods)
     return nearest
 
 

@@ -82,6 +82,8 @@ class _Lagged(Observable):
 
     name = ""
     keeps = ("kept", "times", "bodies")
+    read: Any  # returns what is compared of a moment, (n, 2)
+    compare: Any  # returns what becomes of that of an earlier and a later moment, (n, 2)
 
     def __init__(self, lags: int = 50) -> None:
         self.lags = np.arange(_whole("lags", lags) + 1)
@@ -101,13 +103,6 @@ class _Lagged(Observable):
         found[: len(self.kept)] = [self.compare(then, now).sum() / max(len(now), 1) for then in self.kept]
         return {self.name: found}
 
-    def read(self, moment: Moment) -> Floats:
-        """Returns what is compared of a moment, (n, 2)."""
-        raise NotImplementedError
-
-    def compare(self, then: Floats, now: Floats) -> Floats:
-        raise NotImplementedError
-
     @property
     def axes(self) -> Mapping[str, tuple[str, npt.ArrayLike]]:  # type: ignore[override]
         interval = self.times[1] - self.times[0] if len(self.times) > 1 else math.nan
@@ -118,29 +113,16 @@ class MeanSquaredDisplacement(_Lagged):
     """``msd``: the mean of |r(t) - r(0)|^2 over movable bodies and moments 0, t up to ``lags`` intervals."""
 
     name = "msd"
-
-    def read(self, moment: Moment) -> Floats:
-        """Returns positions that do not jump at a periodic border."""
-        places: Floats = moment.unwrapped()
-        return places
-
-    def compare(self, then: Floats, now: Floats) -> Floats:
-        """Returns squares of displacements."""
-        return (now - then) ** 2
+    read = staticmethod(Moment.unwrapped)  # positions that do not jump at a periodic border
+    compare = staticmethod(lambda then, now: (now - then) ** 2)
 
 
 class VelocityAutocorrelation(_Lagged):
     """``vacf``: the mean of v(t) . v(0) over movable bodies and moments 0, t up to ``lags`` intervals."""
 
     name = "vacf"
-
-    def read(self, moment: Moment) -> Floats:
-        """Returns velocities."""
-        return moment.velocities()
-
-    def compare(self, then: Floats, now: Floats) -> Floats:
-        """Returns products of components."""
-        return now * then
+    read = staticmethod(Moment.velocities)
+    compare = staticmethod(np.multiply)
 
 
 class _InArena(Observable):

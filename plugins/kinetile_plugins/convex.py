@@ -2,8 +2,7 @@
 
 Bodies do not rotate. When two of them touch is decided exactly (``kinetile.kernel.certificates.convex``;
 docs/specification.md, rule 5s), with the difference of their shapes from a table that is made once. What
-follows is rule 9s: they exchange momentum across the face of the difference at which they touch, or along the
-line from a corner.
+follows is rule 9s: they exchange momentum across the face of the difference, or along the line from a corner.
 
 Lower bounds are those of the same differences, fattened by more than all rounding.
 
@@ -30,20 +29,7 @@ from collections.abc import Callable
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import (
-    NEVER,
-    NOBODY,
-    TOO_DEEP,
-    Kernel,
-    PairParts,
-    blame,
-    hook,
-    larger,
-    position_at,
-    since_origin,
-    smaller,
-    unchecked,
-)
+from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts, hook, larger, since_origin, smaller, unchecked
 from kinetile.toolbox.lanes import (
     LANES,
     Floats,
@@ -89,16 +75,17 @@ from kinetile.toolbox.ticks import (
     leaves,
     met_through,
     nearest_whole,
-    plans_of,
+    plans_through,
     pointer,
-    turns_between,
 )
-from kinetile_plugins.disc import hooks_of
+from kinetile_plugins.disc import hooks_of, meet_of, part_of
 from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
     PLACES,
     before_other_images,
+    bent_ways,
+    chords,
     circles_meet,
     merged,
     nearest_image,
@@ -190,8 +177,7 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
 
 @hook
 def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Returns from when until when coordinates that are to grow by low to high, at speeds v, have grown
-    so."""
+    """Returns from when until when coordinates that grow at speeds v have grown by low to high."""
     zero = spread(0.0)
     still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
     one = low / still
@@ -234,6 +220,24 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
 
 
 @hook
+def boxes_overlap(
+    k: Kernel, body: int, start: int, wide: Floats, dx: Floats, dy: Floats, vx: Floats, vy: Floats
+) -> tuple[Floats, Floats]:
+    """Returns from when until when the upright boxes around a body, wider than it, and around eight others,
+    from a place in ``k.near`` on, overlap that are so far apart and move so."""
+    mine = k.sides[body]
+    left, right, down, up = places(k.sides, k.near, start)
+    zero = spread(0.0)
+    delay, ends = within(
+        zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, vx
+    )
+    begins, leaves = within(
+        zero - (spread(mine.down) + wide + up) - dy, (spread(mine.up) + wide + down) - dy, vy
+    )
+    return choose(delay < begins, begins, delay), choose(ends < leaves, ends, leaves)
+
+
+@hook
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
@@ -241,24 +245,14 @@ def boxes_meet(
     nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
-    mine = k.sides[body]
     x, y, vx, vy = places(k.places, k.near, start)
-    left, right, down, up = places(k.sides, k.near, start)
     vx = vx - spread(one.vx)
     vy = vy - spread(one.vy)
     dx = (x - spread(one.x)) + vx * elapsed
     dy = (y - spread(one.y)) + vy * elapsed
     if periodic:
         dx, dy = nearest_image(k, dx, dy)
-    zero = spread(0.0)
-    delay, ends = within(
-        zero - (spread(mine.left + fat) + right) - dx, (spread(mine.right + fat) + left) - dx, vx
-    )
-    begins, leaves = within(
-        zero - (spread(mine.down + fat) + up) - dy, (spread(mine.up + fat) + down) - dy, vy
-    )
-    delay = choose(delay < begins, begins, delay)
-    ends = choose(ends < leaves, ends, leaves)
+    delay, ends = boxes_overlap(k, body, start, spread(fat), dx, dy, vx, vy)
     return delay, ends, dx, dy, vx, vy
 
 
@@ -465,47 +459,39 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
     return math.sqrt(x * x + y * y) - float(f[row + RADIUS])
 
 
-def _ledges(periodic: bool) -> Callable[..., int]:
-    """Returns the hook ``ledge`` (rule 8r)."""
-
-    @unchecked
-    @hook
-    def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
-        """Returns the tick at which a body leaves its support; one before its anchor: there is no face."""
-        plan = k.bodies[body]
-        other = k.bodies[support]
-        sense = 1.0 if k.queue[support].number < k.queue[body].number else -1.0
-        row = row_of(k, support if sense > 0.0 else body, body if sense > 0.0 else support)
-        f = k.numbers
-        nx = sense * mx
-        ny = sense * my
-        dx = sense * (plan.x - other.x)
-        dy = sense * (plan.y - other.y)
-        if periodic:
-            dx += k.clock[0].torus.right
-            dy += k.clock[0].torus.up
-        count = int(f[row + COUNT]) if row > 0 else 1
-        for face in range(row + HEAD, row + HEAD + (count if count > 1 else 0) * WIDE, WIDE):
-            if f[face + NX] == nx and f[face + NY] == ny:
-                if new and end_of(f, row, face, dx, dy) >= 0:
-                    return int(plan.anchor - 1)
-                after = face + WIDE if face < row + HEAD + (count - 1) * WIDE else row + HEAD
-                begin = nx * (dy - f[face + CY]) - ny * (dx - f[face + CX])
-                end = nx * (dy - f[after + CY]) - ny * (dx - f[after + CX])
-                rate = sense * (nx * plan.vy - ny * plan.vx)
-                pull = sense * (nx * plan.ay - ny * plan.ax)
-                strip = f[row + FLUSH]
-                clock = k.clock[0]
-                first = bent_wall(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
-                last = bent_wall(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
-                delay = smaller(first, last)
-                return int(plan.anchor + delay) if delay != NEVER else NEVER
-        return int(plan.anchor - 1)
-
-    return ledge
-
-
-ledge, ledge_of_images = _ledges(False), _ledges(True)
+@unchecked
+@hook
+def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
+    """Returns the tick at which a body leaves its support (rule 8r); before its anchor: there is no face."""
+    plan = k.bodies[body]
+    other = k.bodies[support]
+    sense = 1.0 if k.queue[support].number < k.queue[body].number else -1.0
+    row = row_of(k, support if sense > 0.0 else body, body if sense > 0.0 else support)
+    f = k.numbers
+    nx = sense * mx
+    ny = sense * my
+    dx = sense * (plan.x - other.x)
+    dy = sense * (plan.y - other.y)
+    if len(k.images) > 0:
+        dx += k.clock[0].torus.right
+        dy += k.clock[0].torus.up
+    count = int(f[row + COUNT]) if row > 0 else 1
+    for face in range(row + HEAD, row + HEAD + (count if count > 1 else 0) * WIDE, WIDE):
+        if f[face + NX] == nx and f[face + NY] == ny:
+            if new and end_of(f, row, face, dx, dy) >= 0:
+                return int(plan.anchor - 1)
+            after = face + WIDE if face < row + HEAD + (count - 1) * WIDE else row + HEAD
+            begin = nx * (dy - f[face + CY]) - ny * (dx - f[face + CX])
+            end = nx * (dy - f[after + CY]) - ny * (dx - f[after + CX])
+            rate = sense * (nx * plan.vy - ny * plan.vx)
+            pull = sense * (nx * plan.ay - ny * plan.ax)
+            strip = f[row + FLUSH]
+            clock = k.clock[0]
+            first = bent_wall(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
+            last = bent_wall(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
+            delay = smaller(first, last)
+            return int(plan.anchor + delay) if delay != NEVER else NEVER
+    return int(plan.anchor - 1)
 
 
 def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
@@ -514,8 +500,7 @@ def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
     @hook
     def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
         """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
-        (dx, dy), and how deep they overlap (rule 9s). Not a number where that is a corner, and they are at
-        it."""
+        (dx, dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
         f = k.numbers
         row = row_of(k, a, b)
         count = int(f[row + COUNT])
@@ -553,45 +538,11 @@ def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
     return line_of
 
 
-@hook
-def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
-    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
-
-
 line_of, bent_line_of = _lines(False), _lines(True)
-collide, touch, part = hooks_of(line_of, parts_after, False)
-collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
-
-
-@hook
-def blame_depth(k: Kernel, a: int, b: int, depth: float) -> None:
-    """Reports two bodies that overlap at the later anchor by more than rounding explains."""
-    reach = k.bodies[a].radius + k.bodies[b].radius
-    if depth > k.clock[0].limits.tolerance + 1e-9 * reach:
-        blame(k, TOO_DEEP, a, b)
-
-
-@unchecked
-@hook
-def meet(k: Kernel, a: int, b: int) -> int:
-    """Returns the tick of the first contact of two bodies, or ``NEVER``."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    row = row_of(k, early, late)
-    if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
-        return NEVER
-    one = k.bodies[early]
-    two = k.bodies[late]
-    since = two.anchor
-    delay = enters(pointer(k.numbers), row, plans_of(k, one, two))
-    if delay == NEVER:
-        return NEVER
-    if delay == 0:
-        x, y = position_at(k, one, since)
-        _, _, depth = line_of(k, early, late, two.x - x, two.y - y)
-        blame_depth(k, a, b, depth)
-    return int(since + delay)
+collide, touch = hooks_of(line_of, False)
+collide_images, touch_images = hooks_of(line_of, True)
+collide_bent, touch_bent = hooks_of(bent_line_of, False)
+collide_bent_images, touch_bent_images = hooks_of(bent_line_of, True)
 
 
 @hook
@@ -610,42 +561,15 @@ def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> fl
     return depth
 
 
-meet_images = first_image_of(shapes_touch, shapes_overlap)
-collide_bent, touch_bent, _ = hooks_of(bent_line_of, parts_after, False)
-collide_bent_images, touch_bent_images, _ = hooks_of(bent_line_of, parts_after, True)
-
-
-@unchecked
-@hook
-def meet_bent(k: Kernel, a: int, b: int) -> int:
-    """As ``meet``, of bodies with accelerations (rules 5t and 7t)."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    row = row_of(k, early, late)
-    if row == 0 or (math.isinf(k.mass[a]) and math.isinf(k.mass[b])):
-        return NEVER
-    one = k.bodies[early]
-    two = k.bodies[late]
-    since = two.anchor
-    met = one.last == late and two.last == early
-    low = counts_from(k, a, b, since)
-    delay = bent_enters(pointer(k.numbers), row, bent_plans_of(k, one, two), int(met), low)
-    if delay == NEVER:
-        return NEVER
-    if delay == 0 and not met:
-        x, y = position_at(k, one, since)
-        _, _, depth = bent_line_of(k, early, late, two.x - x, two.y - y)
-        blame_depth(k, a, b, depth)
-    return int(since + delay)
-
-
 @hook
 def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``shapes_touch``, of bodies with accelerations, through the image of their plans."""
+    """As ``shapes_touch``, of bodies with accelerations (rules 5t and 7t)."""
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
         return NEVER
-    met = met_through(k, early, late, plans)
+    met = k.bodies[early].last == late and k.bodies[late].last == early
+    if len(k.images) > 0:
+        met = met_through(k, early, late, plans)
     low = counts_from(k, early, late, k.bodies[late].anchor)
     return int(bent_enters(pointer(k.numbers), row, plans, int(met), low))
 
@@ -655,6 +579,28 @@ def bent_shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) 
     """As ``shapes_overlap``, of bodies with accelerations."""
     _, _, depth = bent_line_of(k, early, late, dx, dy)
     return depth
+
+
+meet = meet_of(shapes_touch, shapes_overlap)
+meet_images = first_image_of(shapes_touch, shapes_overlap)
+meet_bent = meet_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_of, bent=True)
+meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
+
+
+@hook
+def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Returns how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
+    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
+
+
+@hook
+def bent_parts_after(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """As ``parts_after``, of bodies with accelerations (rule 11t)."""
+    low = counts_from(k, early, late, k.bodies[late].anchor)
+    return int(bent_leaves(pointer(k.numbers), row_of(k, early, late), plans, low))
+
+
+part, part_bent = part_of(parts_after, plans_through), part_of(bent_parts_after, bent_plans_through)
 
 
 @hook
@@ -751,14 +697,8 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     chords of relative ways."""
     limits = k.clock[0].limits
     fill(k.near, count, body)
-    elapsed = spread(since_origin(k, at))
     one = k.places[body]
-    own = k.pulls[body]
-    mine = k.sides[body]
     zero = spread(0.0)
-    half = spread(0.5)
-    eighth = spread(0.125)
-    far = spread(2.0**200)
     more = spread(1.0 + 2.0**-40)
     room = spread(2.0**14 * k.clock[0].tick)
     fat = limits.fat
@@ -767,32 +707,9 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     rest = math.inf
     who = NOBODY
     for start in range(0, count, LANES):
-        x, y, vx, vy = places(k.places, k.near, start)
-        ax, ay, ends, _ = places(k.pulls, k.near, start)
-        left, right, down, up = places(k.sides, k.near, start)
-        bx = ax - spread(own.x)
-        by = ay - spread(own.y)
-        dvx = vx - spread(one.vx)
-        dvy = vy - spread(one.vy)
-        dx = (x - spread(one.x)) + (dvx + half * bx * elapsed) * elapsed
-        dy = (y - spread(one.y)) + (dvy + half * by * elapsed) * elapsed
-        dvx = dvx + bx * elapsed
-        dvy = dvy + by * elapsed
-        span = choose(ends < spread(own.vx), ends, spread(own.vx)) - elapsed
-        span = choose(span > zero, span, zero)
-        h = choose(span < far, span, zero)  # without an end neither is accelerated
-        pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
-        wide = spread(fat) + pulls * h * h * eighth
-        cx = dvx + half * bx * h
-        cy = dvy + half * by * h
-        begins, leaves = within(
-            zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, cx
-        )
-        enters, passes = within(
-            zero - (spread(mine.down) + wide + up) - dy, (spread(mine.up) + wide + down) - dy, cy
-        )
-        delay = choose(begins < enters, enters, begins)
-        leaves = choose(leaves < passes, leaves, passes)
+        dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
+        h, cx, cy, sagitta, _ = chords(vx, vy, bx, by, span)
+        delay, leaves = boxes_overlap(k, body, start, spread(fat) + sagitta, dx, dy, cx, cy)
         delay = choose(delay > zero, delay, zero)
         may = (delay <= leaves) & (delay <= span * more + room) & (delay < spread(rest))
         found = bits(may)
@@ -807,7 +724,7 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
                 until = lane(h, i)
                 speeds = own_speed + abs(two.vx) + abs(two.vy)
                 doubt = 2.0**-45 * (speeds + bends * (abs(since_origin(k, at)) + until))
-                way = (lane(dx, i), lane(dy, i), lane(dvx, i), lane(dvy, i), lane(bx, i), lane(by, i))
+                way = (lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), lane(bx, i), lane(by, i))
                 wait = larger(lane(delay, i), not_before_bent(k.numbers, row, fat, until, doubt, way))
                 if wait <= lane(span * more + room, i):
                     rest = smaller(rest, larger(soon, wait))
@@ -816,24 +733,13 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     return soon, rest, who
 
 
-meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
-
-
-@unchecked
-@hook
-def part_bent(k: Kernel, a: int, b: int) -> int:
-    """As ``part``, of bodies with accelerations, also through images (rule 11t)."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
-    since = k.bodies[late].anchor
-    right = 0.0
-    up = 0.0
-    if len(k.images) > 0:
-        right, up = turns_between(k, early, late, a)
-    plans = bent_plans_through(k, k.bodies[early], k.bodies[late], right, up)
-    low = counts_from(k, a, b, since)
-    delay = bent_leaves(pointer(k.numbers), row_of(k, early, late), plans, low)
-    return int(since + delay) if delay != NEVER else NEVER
+HOOKS = {
+    (False, False): (meet, collide, touch),
+    (False, True): (meet_bent, collide_bent, touch_bent),
+    (True, False): (meet_images, collide_images, touch_images),
+    (True, True): (meet_bent_images, collide_bent_images, touch_bent_images),
+}
+"""``meet``, ``collide`` and ``touch`` by whether axes are periodic, and bodies accelerated."""
 
 
 class Convex:
@@ -850,31 +756,20 @@ class Convex:
         bounds = soonest
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
-        periodic = bool(scene.periodic)
-        if scene.bent:
-            return PairParts(
-                meet=meet_bent_images if periodic else meet_bent,
-                collide=collide_bent_images if periodic else collide_bent,
-                soonest=None if periodic else bounds if scene.uniform else soonest_bent,
-                touch=touch_bent_images if periodic else touch_bent,
-                part=part_bent,
-                gap=gap,
-                ledge=ledge_of_images if periodic else ledge,
-                contact_distance="outlines",
-                shapes=True,
-                periodic=periodic,
-                bent=True,
-                numbers=numbers,
-            )
+        periodic, bent = bool(scene.periodic), scene.bent
+        bounds = bounds if scene.uniform else soonest_bent
+        meet, collide, touch = HOOKS[periodic, bent]
         return PairParts(
-            meet=meet_images if periodic else meet,
-            collide=collide_images if periodic else collide,
-            soonest=soonest_of_images if periodic else bounds,
-            touch=touch_images if periodic else touch,
-            part=part_images if periodic else part,
+            meet=meet,
+            collide=collide,
+            soonest=bounds if not periodic else None if bent else soonest_of_images,
+            touch=touch,
+            part=part_bent if bent else part,
             gap=gap,
+            ledge=ledge if bent else None,
             contact_distance="outlines",
             shapes=True,
             periodic=periodic,
+            bent=bent,
             numbers=numbers,
         )

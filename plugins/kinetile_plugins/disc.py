@@ -78,6 +78,7 @@ from kinetile.toolbox.lanes import (
     spread_whole,
 )
 from kinetile.toolbox.ticks import (
+    BentPlans,
     Plans,
     bent_parting,
     bent_plans_of,
@@ -102,22 +103,13 @@ from kinetile_plugins.lower_bounds import (
     PLACES,
     alone,
     before_other_images,
+    bent_ways,
+    chords,
     circles_meet,
     merged,
     nearest_image,
     two_least,
 )
-
-
-@hook
-def blame_depth(k: Kernel, a: int, b: int, one: Records, two: Records) -> None:
-    """Reports two discs, the second anchored later, that overlap there by more than rounding explains."""
-    x, y = position_at(k, one, two.anchor)
-    dx = two.x - x
-    dy = two.y - y
-    reach = one.radius + two.radius
-    if reach - math.sqrt(dx * dx + dy * dy) > k.clock[0].limits.tolerance + 1e-9 * reach:
-        blame(k, TOO_DEEP, a, b)
 
 
 @hook
@@ -127,73 +119,57 @@ def known_before(k: Kernel, since: int) -> int:
     return int(about - since) if since <= about and about != NEVER else -1
 
 
-@unchecked
 @hook
-def meet(k: Kernel, a: int, b: int) -> int:
-    """Returns the tick of the first contact of two discs, or ``NEVER``."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    one = k.bodies[early]
-    two = k.bodies[a + b - early]
-    since = two.anchor
-    guess = known_before(k, since)
-    delay = touch_about(plans_of(k, one, two), one.radius, two.radius, guess)
-    if delay == NEVER:
-        return NEVER
-    if delay == 0:
-        blame_depth(k, a, b, one, two)
-    return int(since + delay)
+def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Returns how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
+    two = k.bodies[late]
+    return int(touch_about(plans, k.bodies[early].radius, two.radius, known_before(k, two.anchor)))
 
 
-@unchecked
 @hook
-def meet_bent(k: Kernel, a: int, b: int) -> int:
-    """As ``meet``, of bodies with accelerations (rules 5a and 7a)."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    one = k.bodies[early]
-    two = k.bodies[a + b - early]
-    since = two.anchor
-    guess = known_before(k, since)
-    met = k.bodies[a].last == b and k.bodies[b].last == a
-    delay = bent_touch(
-        bent_plans_of(k, one, two), one.radius, two.radius, met, guess, counts_from(k, a, b, since)
-    )
-    if delay == NEVER:
-        return NEVER
-    if delay == 0 and not met:
-        blame_depth(k, a, b, one, two)
-    return int(since + delay)
-
-
-@unchecked
-@hook
-def part_bent(k: Kernel, a: int, b: int) -> int:
-    """As ``part``, of bodies with accelerations, also through images (rule 11a)."""
-    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-    late = a + b - early
+def bent_touches(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """As ``touches``, of bodies with accelerations (rules 5a and 7a)."""
     one = k.bodies[early]
     two = k.bodies[late]
-    since = two.anchor
-    right = 0.0
-    up = 0.0
-    if len(k.images) > 0:
-        right, up = turns_between(k, early, late, a)
-    plans = bent_plans_through(k, one, two, right, up)
-    delay = bent_parting(plans, one.radius, two.radius, counts_from(k, a, b, since))
-    return int(since + delay) if delay != NEVER else NEVER
+    met = one.last == late and two.last == early
+    low = counts_from(k, early, late, two.anchor)
+    return int(bent_touch(plans, one.radius, two.radius, met, known_before(k, two.anchor), low))
 
 
-@unchecked
-@hook
-def meet_among_shapes(k: Kernel, a: int, b: int) -> int:
-    """As ``meet``; two immovable bodies never do (rule 7s)."""
-    return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet(k, a, b)
+def meet_of(
+    touches: Callable[[Kernel, int, int, Any], int],
+    overlap: Callable[[Kernel, int, int, float, float], float],
+    plans_of: Callable[[Kernel, Records, Records], Any] = plans_of,
+    bent: bool = False,
+) -> Callable[[Kernel, int, int], int]:
+    """Returns the hook ``meet``, without images, of what ``first_image_of`` takes. ``bent``: two that have
+    just met may meet again."""
+
+    @unchecked
+    @hook
+    def meet(k: Kernel, a: int, b: int) -> int:
+        """Returns the tick of the first contact of two bodies, or ``NEVER``; reports two that overlap at the
+        later anchor by more than rounding explains."""
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        one = k.bodies[early]
+        two = k.bodies[late]
+        since = two.anchor
+        delay = touches(k, early, late, plans_of(k, one, two))
+        if delay == NEVER:
+            return NEVER
+        if delay == 0 and not (bent and one.last == late and two.last == early):
+            x, y = position_at(k, one, since)
+            depth = overlap(k, early, late, two.x - x, two.y - y)
+            if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
+                blame(k, TOO_DEEP, a, b)
+        return int(since + delay)
+
+    return meet
 
 
-@unchecked
-@hook
-def meet_bent_among_shapes(k: Kernel, a: int, b: int) -> int:
-    """As ``meet_bent``; two immovable bodies never do (rule 7s)."""
-    return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet_bent(k, a, b)
+meet = meet_of(touches, discs_overlap)
+meet_bent = meet_of(bent_touches, discs_overlap, bent_plans_of, bent=True)
 
 
 @hook
@@ -203,7 +179,15 @@ def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return NEVER if immovable else discs_touch(k, early, late, plans)
 
 
+meet_among_shapes = meet_of(touch_among_shapes, discs_overlap)
 first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
+
+
+@unchecked
+@hook
+def meet_bent_among_shapes(k: Kernel, a: int, b: int) -> int:
+    """As ``meet_bent``; two immovable bodies never do (rule 7s)."""
+    return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet_bent(k, a, b)
 
 
 @hook
@@ -336,24 +320,11 @@ def _bent_bounds(periodic: bool) -> Callable[..., tuple[float, float, int]]:
         """
         limits = k.clock[0].limits
         fill(k.near, count, body)
-        elapsed = spread(since_origin(k, at))
-        place = k.places[body]
-        pull = k.pulls[body]
-        x = spread(place.x)
-        y = spread(place.y)
-        vx = spread(place.vx)
-        vy = spread(place.vy)
-        ax = spread(pull.x)
-        ay = spread(pull.y)
-        end = spread(pull.vx)
         fat = spread(limits.fat)
         own = spread(k.radii[body] + limits.fat)
         zero = spread(0.0)
-        half = spread(0.5)
         least = spread(LEAST)
         never = spread(math.inf)
-        far = spread(2.0**200)
-        eighth = spread(0.125)
         less = spread(1.0 - 2.0**-40)
         more = spread(1.0 + 2.0**-40)
         room = spread(2.0**14 * k.clock[0].tick)
@@ -369,26 +340,12 @@ def _bent_bounds(periodic: bool) -> Callable[..., tuple[float, float, int]]:
             first = never
             second = never
             while True:
-                other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
-                other_ax, other_ay, other_end, _ = places(k.pulls, k.near, start)
+                dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
+                _, cx, cy, sagitta, pulls = chords(vx, vy, bx, by, span)
                 reach = pick(k.radii, k.near, start) + own
-                bx = other_ax - ax
-                by = other_ay - ay
-                dvx = other_vx - vx
-                dvy = other_vy - vy
-                dx = (other_x - x) + (dvx + half * bx * elapsed) * elapsed
-                dy = (other_y - y) + (dvy + half * by * elapsed) * elapsed
-                dvx = dvx + bx * elapsed
-                dvy = dvy + by * elapsed
+                wide = reach + sagitta
                 if periodic:
                     dx, dy = nearest_image(k, dx, dy)
-                span = choose(other_end < end, other_end, end) - elapsed
-                span = choose(span > zero, span, zero)
-                h = choose(span < far, span, zero)  # without an end neither is accelerated
-                pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
-                wide = reach + pulls * h * h * eighth
-                cx = dvx + half * bx * h
-                cy = dvy + half * by * h
                 d2 = dx * dx + dy * dy
                 approach = dx * cx + dy * cy
                 gap = d2 * spread(1.0 - 2.0**-46) - wide * wide
@@ -398,8 +355,8 @@ def _bent_bounds(periodic: bool) -> Callable[..., tuple[float, float, int]]:
                 delay = choose(((approach > zero) & (gap > zero)) | (inside < zero), never, delay)
                 distance = root(d2)
                 above = distance * less - reach
-                speed = root(dvx * dvx + dvy * dvy)
-                rate = ((dx * dvx + dy * dvy) - fat * speed) / distance
+                speed = root(vx * vx + vy * vy)
+                rate = ((dx * vx + dy * vy) - fat * speed) / distance
                 bend = ((dx * bx + dy * by) - fat * pulls) / distance
                 inside = rate * rate - (bend + bend) * above
                 parts = rate > zero
@@ -410,7 +367,7 @@ def _bent_bounds(periodic: bool) -> Callable[..., tuple[float, float, int]]:
                 later = choose(away, never, later)
                 delay = choose(later > delay, later, delay)
                 if periodic:
-                    delay = before_other_images(k, delay, dvx, dvy, reach)
+                    delay = before_other_images(k, delay, vx, vy, reach)
                 left_out = (delay > span * more + room) | (numbers(k.near, start) == myself)
                 delay = choose(left_out, never, numbered(delay, start - begin))
                 first, second = two_least(first, second, delay)
@@ -431,16 +388,8 @@ soonest_bent, soonest_of_bent_images = _bent_bounds(False), _bent_bounds(True)
 
 
 @hook
-def overlap(one: Records, two: Records, distance: float) -> float:
-    """Returns the overlap of two discs; not a number where their centres are one place, so that there is no
-    line along which they could exchange momentum."""
-    return float(one.radius + two.radius - distance) if distance > 0.0 else math.nan
-
-
-@hook
 def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
-    """Exchanges momentum along a normal of length 1, by a share of the closing speed; 1: elastically (rule
-    9)."""
+    """Exchanges momentum along a unit normal, by a share of the closing speed; 1: elastically (rule 9)."""
     give(k, a, b, nx, ny, share * closing_speed(k.bodies[a], k.bodies[b], nx, ny))
 
 
@@ -459,9 +408,11 @@ def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap."""
+    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap; not a
+    number where their centres are one place, so that they could not exchange momentum."""
     distance = math.sqrt(dx * dx + dy * dy)
-    return dx / distance, dy / distance, overlap(k.bodies[a], k.bodies[b], distance)
+    reach = k.bodies[a].radius + k.bodies[b].radius
+    return dx / distance, dy / distance, float(reach - distance) if distance > 0.0 else math.nan
 
 
 @hook
@@ -470,14 +421,46 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(last_touch(plans, k.bodies[early].radius, k.bodies[late].radius))
 
 
-def hooks_of(
-    line: Callable[..., tuple[float, float, float]], parts: Callable[..., int], periodic: bool
-) -> tuple[Callable[..., Any], ...]:
-    """Returns ``collide``, ``touch`` and ``part`` of two bodies, or of the image through which they meet.
+@hook
+def bent_parts_after(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
+    """As ``parts_after``, of bodies with accelerations (rule 11a)."""
+    two = k.bodies[late]
+    return int(
+        bent_parting(plans, k.bodies[early].radius, two.radius, counts_from(k, early, late, two.anchor))
+    )
 
-    ``line`` is a hook that returns the normal and the overlap of two bodies whose places differ by (dx, dy),
-    ``parts`` one that returns by their plans how many ticks after the later anchor they touch last.
-    """
+
+def part_of(
+    parts: Callable[[Kernel, int, int, Any], int],
+    through: Callable[[Kernel, Records, Records, float, float], Any],
+) -> Callable[[Kernel, int, int], int]:
+    """Returns the hook ``part``, from hooks as ``parts_after``, and for plans ``through`` an image."""
+
+    @unchecked
+    @hook
+    def part(k: Kernel, a: int, b: int) -> int:
+        """Returns the tick at which two bodies that pass part, through the image on the clock, or NEVER."""
+        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+        late = a + b - early
+        two = k.bodies[late]
+        right = 0.0
+        up = 0.0
+        if len(k.images) > 0:
+            right, up = turns_between(k, early, late, a)
+        delay = parts(k, early, late, through(k, k.bodies[early], two, right, up))
+        return int(two.anchor + delay) if delay != NEVER else NEVER
+
+    return part
+
+
+part, part_bent = part_of(parts_after, plans_through), part_of(bent_parts_after, bent_plans_through)
+
+
+def hooks_of(
+    line: Callable[..., tuple[float, float, float]], periodic: bool
+) -> tuple[Callable[..., Any], ...]:
+    """Returns ``collide`` and ``touch`` of two bodies, or of the image through which they meet. ``line`` is a
+    hook that returns the normal and the overlap of two bodies whose places differ by (dx, dy)."""
 
     @unchecked
     @hook
@@ -498,26 +481,11 @@ def hooks_of(
         exchange(k, a, b, nx, ny, 1.0)
         return float(depth)
 
-    @unchecked
-    @hook
-    def part(k: Kernel, a: int, b: int) -> int:
-        """Returns the tick at which two bodies part that pass through each other, or ``NEVER``; through the
-        image that is on the clock."""
-        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-        late = a + b - early
-        two = k.bodies[late]
-        plans = plans_of(k, k.bodies[early], two)
-        if periodic:
-            right, up = turns_between(k, early, late, a)
-            plans = plans_through(k, k.bodies[early], two, right, up)
-        delay = parts(k, early, late, plans)
-        return int(two.anchor + delay) if delay != NEVER else NEVER
-
-    return collide, touch, part
+    return collide, touch
 
 
-collide, touch, part = hooks_of(line_of, parts_after, False)
-collide_images, touch_images, part_images = hooks_of(line_of, parts_after, True)
+collide, touch = hooks_of(line_of, False)
+collide_images, touch_images = hooks_of(line_of, True)
 
 
 @unchecked
@@ -542,6 +510,15 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     return float(depth)
 
 
+MEETS = {
+    (False, False): (meet, meet_bent),
+    (False, True): (meet_among_shapes, meet_bent_among_shapes),
+    (True, False): (first_image, first_bent_image),
+    (True, True): (first_image_among_shapes, first_bent_image),
+}
+"""``meet`` by whether axes are periodic, and other shapes there; with accelerations the second."""
+
+
 class Disc:
     """Elastic contact of two discs.
 
@@ -559,64 +536,21 @@ class Disc:
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """
-        if scene.periodic and scene.bent:
-            return PairParts(
-                meet=first_bent_image,
-                collide=collide_images,
-                soonest=None
-                if scene.shapes
-                else soonest_of_images
-                if scene.uniform
-                else soonest_of_bent_images,
-                touch=touch_images,
-                part=part_bent,
-                periodic=True,
-                shapes=bool(scene.shapes),
-                gap=gap if scene.shapes else None,
-                contact_distance="sum of radii",
-                bent=True,
-            )
-        if scene.periodic:
-            return PairParts(
-                meet=first_image_among_shapes if scene.shapes else first_image,
-                collide=collide_images,
-                soonest=None if scene.shapes else soonest_of_images,
-                touch=touch_images,
-                part=part_images,
-                periodic=True,
-                shapes=bool(scene.shapes),
-                gap=gap if scene.shapes else None,
-                contact_distance="sum of radii",
-            )
-        if scene.shapes:
-            return PairParts(
-                meet=meet_bent_among_shapes if scene.bent else meet_among_shapes,
-                collide=collide,
-                touch=touch,
-                part=part_bent if scene.bent else part,
-                gap=gap,
-                shapes=True,
-                bent=scene.bent,
-            )
-        alike = are_alike(scene) and scene.uniform and not self.general
-        if scene.bent:
-            bounds = soonest_of_equals if alike else soonest
-            return PairParts(
-                meet=meet_bent,
-                collide=collide_equals if alike else collide,
-                soonest=bounds if scene.uniform else soonest_bent,
-                touch=touch,
-                part=part_bent,
-                contact_distance="sum of radii",
-                alike=alike,
-                bent=True,
-            )
+        periodic, shapes = bool(scene.periodic), bool(scene.shapes)
+        alike = are_alike(scene) and scene.uniform and not (self.general or periodic or shapes)
+        bounds = soonest_of_equals if alike else soonest_of_images if periodic else soonest
+        if not scene.uniform:
+            bounds = soonest_of_bent_images if periodic else soonest_bent
         return PairParts(
-            meet=meet,
-            collide=collide_equals if alike else collide,
-            soonest=soonest_of_equals if alike else soonest,
-            touch=touch,
-            part=part,
-            contact_distance="sum of radii",
+            meet=MEETS[periodic, shapes][scene.bent],
+            collide=collide_images if periodic else collide_equals if alike else collide,
+            soonest=None if shapes else bounds,
+            touch=touch_images if periodic else touch,
+            part=part_bent if scene.bent else part,
+            gap=gap if shapes else None,
+            contact_distance="closer" if shapes and not periodic else "sum of radii",
             alike=alike,
+            periodic=periodic,
+            shapes=shapes,
+            bent=scene.bent,
         )

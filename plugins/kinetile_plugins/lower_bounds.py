@@ -24,8 +24,20 @@ one radius, which stay so, (R + fat)^2 is the same number for all partners, by t
 
 from __future__ import annotations
 
-from kinetile.toolbox import Kernel, hook, smaller
-from kinetile.toolbox.lanes import Floats, Truths, bits, choose, lane, number_in, root, some, spread, turned
+from kinetile.toolbox import Kernel, hook, since_origin, smaller
+from kinetile.toolbox.lanes import (
+    Floats,
+    Truths,
+    bits,
+    choose,
+    lane,
+    number_in,
+    places,
+    root,
+    some,
+    spread,
+    turned,
+)
 from kinetile.toolbox.ticks import HALVES
 
 PLACES = 64
@@ -137,3 +149,40 @@ def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach:
     delay = choose(x_delay >= delay, delay, x_delay)
     delay = choose(y_delay >= delay, delay, y_delay)
     return choose(delay > spread(LEAST), delay, spread(LEAST))
+
+
+@hook
+def bent_ways(
+    k: Kernel, body: int, start: int, at: int
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
+    """Returns how eight bodies with accelerations, from a place in ``k.near`` on, are apart from another one
+    at a tick: place, velocity and acceleration along x and y; and how long the chord of either lasts."""
+    elapsed = spread(since_origin(k, at))
+    half = spread(0.5)
+    zero = spread(0.0)
+    place = k.places[body]
+    pull = k.pulls[body]
+    x, y, vx, vy = places(k.places, k.near, start)
+    ax, ay, end, _ = places(k.pulls, k.near, start)
+    own_end = spread(pull.vx)
+    bx = ax - spread(pull.x)
+    by = ay - spread(pull.y)
+    vx = vx - spread(place.vx)
+    vy = vy - spread(place.vy)
+    dx = (x - spread(place.x)) + (vx + half * bx * elapsed) * elapsed
+    dy = (y - spread(place.y)) + (vy + half * by * elapsed) * elapsed
+    span = choose(end < own_end, end, own_end) - elapsed
+    return dx, dy, vx + bx * elapsed, vy + by * elapsed, bx, by, choose(span > zero, span, zero)
+
+
+@hook
+def chords(
+    vx: Floats, vy: Floats, bx: Floats, by: Floats, span: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Returns of bent ways through a span of time: the span, 0 if it has no end and nothing is accelerated;
+    velocity along the chord; how far the way is from that at most; |x| + |y| of the acceleration."""
+    zero = spread(0.0)
+    half = spread(0.5)
+    h = choose(span < spread(2.0**200), span, zero)
+    pulls = choose(bx < zero, zero - bx, bx) + choose(by < zero, zero - by, by)
+    return h, vx + half * bx * h, vy + half * by * h, pulls * h * h * spread(0.125), pulls

@@ -36,12 +36,8 @@ class Elastic:
         return ResponseParts(beside=FAMILY)
 
 
-class Pass:
+class Pass(Elastic):
     """The two pass through each other."""
-
-    def prepare(self, scene: Scene) -> ResponseParts:
-        """Returns no hook: the kernel has it."""
-        return ResponseParts(beside=FAMILY)
 
 
 @hook

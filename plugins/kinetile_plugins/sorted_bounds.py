@@ -222,8 +222,7 @@ def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
 
 
 def _slanted_line(k: Kernel, lists: Lists) -> Iterator[Item]:
-    """Yields the line, through the middle of the arena or of the bodies, and each bound as a piece of a
-    tangent."""
+    """Yields the line, through the middle of the arena or of the bodies, and a piece of each tangent."""
     share, order = lists.shares[0] / (lists.shares[0] @ lists.shares[0]), lists.order[0]
     corners = np.array([[0.0, 0.0], [k.clock[0].limits.width, k.clock[0].limits.height]])
     size = corners[1] - corners[0]

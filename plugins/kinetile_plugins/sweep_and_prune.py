@@ -18,8 +18,7 @@ its pairs are those whose intervals overlap in all of them; the other two are ca
 
 The list defines which bound is left. The sign of the relative velocity decides whether a certificate will
 fail (``falls``), so no rounded coordinate is ever compared to restore an order that history has fixed;
-coordinates are sorted once, at the start, with ties broken by velocity (the order an instant later), then R
-before L, then number.
+coordinates are sorted once, at the start, ties by velocity (the order an instant later), R before L, number.
 
 A body owns the gaps behind its bounds, and schedules the first of them to close: one certificate a body, so
 that the queue holds n entries. Each failure repairs one gap, so the exchanges are those of the thesis, one by
@@ -336,8 +335,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
     @unchecked
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A bound passes the one behind it on its axis: exchange them, compare the other lists, watch
-        the three gaps around."""
+        """A bound passes the one behind it: exchange them, compare other lists, watch three gaps."""
         left = stride * body + first
         for bound in range(left + 1, left + end - first):
             if s.bounds[bound] < s.bounds[left]:
@@ -426,8 +424,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
     @unchecked
     @hook
     def enter(k: Kernel, s: State, body: int) -> None:
-        """A body is inserted: its bounds find their places, and its pairs are the bodies whose intervals or
-        boxes overlap its own."""
+        """A body is inserted: its bounds find their places, its pairs are those that overlap it."""
         for bound in range(stride * body, stride * body + place_at):
             s.bounds[bound] = NEVER
         for bound in range(stride * body + first, stride * body + end):

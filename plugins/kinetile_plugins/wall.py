@@ -4,8 +4,7 @@ The kernel holds one wall certificate a body: the first wall that its present pl
 again only when the plan changes, so no broad phase depends on walls.
 
 As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
-contact. Ties, a body in a corner, go to the wall that comes first: left, right, bottom, top; the other wall
-follows at the same tick.
+contact. In a corner the first wall of left, right, bottom, top counts; the other follows at the same tick.
 
 A body that is accelerated along an axis may reach either wall at its ends: ``BENT`` has the hooks for these.
 """
@@ -55,8 +54,7 @@ def after(k: Kernel, body: Records, side: float, far: float, near: float, speed:
 
 @hook
 def first_wall(k: Kernel, body: Records, x: bool, y: bool) -> tuple[int, int]:
-    """Returns (tick, wall) of the first contact of a body with the walls at the ends of these axes; ``NEVER``
-    where there is none."""
+    """Returns (tick, wall) of the first contact with the walls at the ends of these axes, or ``NEVER``."""
     limits = k.clock[0].limits
     to_left, to_right, down, up = extent(body)
     tick = NEVER
@@ -101,25 +99,19 @@ def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
     return first_wall(k, body, walls and clock.torus.x == 0.0, walls and clock.torus.y == 0.0)
 
 
-@hook
-def depth_at(k: Kernel, body: Records, wall: int, x: float, y: float) -> tuple[float, float, float]:
-    """Returns the normal into the wall, and how deep a body is in it at a place."""
-    limits = k.clock[0].limits
-    left, right, down, up = extent(body)
-    if wall == LEFT:
-        return -1.0, 0.0, float(left - x)
-    if wall == RIGHT:
-        return 1.0, 0.0, float(right - (limits.width - x))
-    if wall == BOTTOM:
-        return 0.0, -1.0, float(down - y)
-    return 0.0, 1.0, float(up - (limits.height - y))
-
-
 @unchecked
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
     """Returns the normal into the wall, and how deep the body is in it."""
-    return depth_at(k, body, wall, body.x, body.y)
+    limits = k.clock[0].limits
+    left, right, down, up = extent(body)
+    if wall == LEFT:
+        return -1.0, 0.0, float(left - body.x)
+    if wall == RIGHT:
+        return 1.0, 0.0, float(right - (limits.width - body.x))
+    if wall == BOTTOM:
+        return 0.0, -1.0, float(down - body.y)
+    return 0.0, 1.0, float(up - (limits.height - body.y))
 
 
 @unchecked
@@ -138,8 +130,7 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 def after_fall(
     k: Kernel, body: Records, side: float, far: float, near: float, slope: float, pull: float
 ) -> int:
-    """Returns the tick at which a gap closes whose rate is ``slope`` at the anchor, and grows by ``pull``; or
-    ``NEVER``."""
+    """Returns the tick at which a gap of rate ``slope`` and acceleration ``pull`` closes, or ``NEVER``."""
     clock = k.clock[0]
     delay = bent_wall(far, near, side, slope, pull, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
@@ -148,8 +139,7 @@ def after_fall(
 @unchecked
 @hook
 def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
-    """Returns (tick, wall) of the first contact of a body with a wall; of several at one tick the first of
-    left, right, bottom and top."""
+    """Returns (tick, wall) of the first contact; of several the first of left, right, bottom, top."""
     clock = k.clock[0]
     limits = clock.limits
     if limits.width == 0.0:  # there is no arena, and the parts are general

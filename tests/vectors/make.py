@@ -31,13 +31,13 @@ from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Frame,
     anchored,
-    bent_tick,
     exchanged_along,
     pair_tick,
     tick_of,
     unit_bits,
     wall_tick,
 )
+from kinetile_accuracy.specification.bent_shapes import bent_tick
 from kinetile_accuracy.specification.course import ACCELERATED, LEAVING, Course, CourseEvent
 
 HERE = Path(__file__).parent
@@ -82,7 +82,7 @@ def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
 def bent_contact(e: int, met: bool, *plans: Words) -> str | None:
     """Rules 5a and 7a: the tick, or None."""
     frame = Frame(None, e)
-    tick = bent_tick(*(_bent_plan(words, frame) for words in plans), frame, (0, 0), met, -FAR)
+    tick = bent_tick(None, *(_bent_plan(words, frame) for words in plans), frame, (0, 0), met, -FAR)
     return None if tick is None else str(tick)
 
 
@@ -155,7 +155,7 @@ def shape_exchange(masses: Words | None, *bodies: Body) -> Words:
     """Rule 9s: the velocities of both."""
     (xa, ya, *one), (xb, yb, *two) = (doubles(plan) for _, _, plan in bodies)
     v = Fraction(two[0]) - Fraction(one[0]), Fraction(two[1]) - Fraction(one[1])
-    along = shapes.normal(_difference(*bodies), (xb - xa, yb - ya), v)
+    along, _ = shapes.normal_and_face(_difference(*bodies), (xb - xa, yb - ya), v)
     a, b = exchanged_along(along, (tuple(one), tuple(two)), masses and doubles(masses))
     return numbers(*a, *b)
 

@@ -37,8 +37,7 @@ class FirstDifference:
 
     ``run`` is what the run has there, (time, a, b), None: nothing more up to its end; ``oracle`` is the
     certified event, None: nothing more up to the end of the run. ``ticks_apart`` is the time of the run's
-    contact, or of its end, less that of the oracle's: a tick or two where rounding has exchanged two
-    contacts.
+    contact, or of its end, less that of the oracle's: a tick or two where rounding exchanged two.
     """
 
     index: int

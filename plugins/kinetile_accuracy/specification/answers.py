@@ -1,4 +1,4 @@
-"""What happens at contacts: rules 9, 9r, 9s and 11 of docs/specification.md.
+"""What happens at contacts: rules 9, 9h, 9r, 9s and 11 of docs/specification.md.
 
 Of responses these are elastic, pass, restitution and stop; what others do is not specified.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from kinetile import Insert, Scene
 from kinetile.errors import Refused
@@ -15,6 +15,7 @@ from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Vector,
+    Whole,
     exchanged_along,
     largest_pull,
     speed_along,
@@ -24,6 +25,32 @@ from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_
 _KNOWN = ("elastic", "pass", "restitution", "stop")
 _LONG_AGO = -(1 << 62)
 OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
+
+
+class Support(NamedTuple):
+    """What may hold a body: a wall, or a body, through an image and on a face of their difference (None: on
+    no face); ``out`` is the unit normal from it to the body."""
+
+    number: int
+    out: Vector
+    image: Whole = (0, 0)
+    face: Face | None = None
+
+
+def part(vector: Vector, out: Vector) -> float:
+    """Returns how much of a vector is along a unit normal."""
+    return vector[0] * out[0] + vector[1] * out[1]
+
+
+def across(vector: Vector, out: Vector) -> Vector:
+    """Returns what is left of a vector without that."""
+    less = part(vector, out)
+    return vector[0] - less * out[0], vector[1] - less * out[1]
+
+
+def both_hold(pull: Vector, one: Support, two: Support) -> bool:
+    """Returns whether each of two supports presses a body with this acceleration on the other (rule 9r)."""
+    return part(across(pull, one.out), two.out) < 0 and part(across(pull, two.out), one.out) < 0
 
 
 class Answers:
@@ -93,8 +120,7 @@ class Answers:
         self, plans: tuple[FlightPlan, FlightPlan], away: Vector, m: Difference | None, length: float
     ) -> tuple[Vector, Face | None]:
         """Returns the unit normal of two bodies that have met, anchored, the second so far ``away`` from its
-        place (rule 9p), and its face, if it is that of one. ``m`` is the difference of their shapes; None:
-        they are discs."""
+        place (rule 9p), and its face, if it has one. ``m`` is the difference of shapes, None of discs."""
         one, two = plans
         dx, dy = (two.x - one.x) + away[0], (two.y - one.y) + away[1]
         if m is None:

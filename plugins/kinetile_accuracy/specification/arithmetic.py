@@ -1,5 +1,4 @@
-"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles,
-periodic axes among them.
+"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
 as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
@@ -11,7 +10,7 @@ the quadratic for the distance of their centres, are then integers too, with the
 The first root is (-b - sqrt(D)) / a with D = b^2 - a c. Its floor is the floor of floor(-b - sqrt(D)) / a,
 and floor(-b - sqrt(D)) is -b - r with the integer square root r of D, or one less where D is no square. So
 one ``isqrt`` and one division give the tick of contact, and nothing is rounded before. Where bodies are
-accelerated the rules ask for signs at whole ticks alone (``bent``).
+accelerated the rules ask for signs at whole ticks alone (``bent_shapes``).
 
 *Rounded.* Python's float is a double, each of its operations rounds once, to nearest and ties to even, and
 nothing is contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly as
@@ -23,13 +22,13 @@ Nothing here is shared with the kernel.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 
 from kinetile import Accelerate, Insert, Scene, Turn
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.bent import HORIZON as HORIZON
-from kinetile_accuracy.specification.bent import Polynomial, first_fall, met_again_from
+from kinetile_accuracy.specification.bent import Polynomial, first_fall
 
 UNIT_BITS = 52
 UNIT_TICKS = 1 << UNIT_BITS
@@ -194,6 +193,11 @@ class PairQuadratic:
         across, square = self.vx * self.hx + self.vy * self.hy, self.hx * self.hx + self.hy * self.hy
         return self.c, 2 * self.b, self.a + more, 2 * across, square
 
+    def exact(self) -> tuple[tuple[Fraction, Fraction], ...]:
+        """Returns (dx, dy), (vx, vy) and (hx, hy), as lengths."""
+        whole = (self.dx, self.dy), (self.vx, self.vy), (self.hx, self.hy)
+        return tuple((Fraction(x, 1 << self.bits), Fraction(y, 1 << self.bits)) for x, y in whole)
+
     def tick(self) -> int | None:
         """Returns the tick of contact (rule 5), or None."""
         if self.b >= 0:
@@ -256,49 +260,31 @@ def parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole) -
     return course.since + wait if wait < HORIZON else None
 
 
-def bent_tick(
-    one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, met: bool, earliest: int
-) -> int | None:
-    """Returns the tick of contact of two bodies of a scene with accelerations (rules 5a and 7a), not before
-    the ``earliest``; None: none. ``met``: they have just met each other."""
-    course = PairQuadratic(one, two, frame, image)
-    start = max(earliest - course.since, 0)
-    if met:
-        again = met_again_from(course.quartic())
-        if again is None:
-            return None
-        start = max(start, again)
-    wait = first_fall(course.quartic(), start)
-    return None if wait is None else course.since + wait
-
-
-def bent_parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, begun: int) -> int | None:
-    """Returns the tick at which two bodies of such a scene part that have ``begun`` to pass through each
-    other at a tick (rule 11a); None: none."""
-    course = PairQuadratic(one, two, frame, image)
-    wait = first_fall([-each for each in course.quartic()], max(begun - course.since, 0))
-    return None if wait is None else course.since + wait
-
-
-def wall_tick(plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
+def wall_tick(
+    plan: FlightPlan, frame: Frame, reaches: Sequence[tuple[float, float]] | None = None
+) -> tuple[int, int] | None:
     """Returns (tick, wall) of the contact of a body with a wall by its plan (rules 6 and 6a, which are the
-    same along an axis without acceleration); None: none."""
+    same along an axis without acceleration); None: none. ``reaches`` are how far a shape reaches down and up
+    each axis (rule 6s); None: as far as the radius."""
     found: list[tuple[int, int]] = []  # in the order of walls
-    sides = ((LEFT, RIGHT), (BOTTOM, TOP))
-    for place, step, bend, (extent, fine), walls, period in zip(
-        plan.place, plan.step, plan.bend, frame.arena or (), sides, frame.periods, strict=False
-    ):
-        gaps = place - plan.radius, (extent << (plan.bits - fine)) - place - plan.radius
-        for gap, way, wall in zip(gaps, (1, -1), walls, strict=True):
-            wait = None if period else _wall_wait(gap, way * step, way * bend)
+    size, walls = 1 << plan.bits, ((LEFT, RIGHT), (BOTTOM, TOP))
+    for axis, (extent, fine) in enumerate(frame.arena or ()):
+        place, step, bend = plan.place[axis], plan.step[axis], plan.bend[axis]
+        own: tuple[int | Fraction, ...] = (plan.radius, plan.radius)
+        if reaches is not None:
+            own = tuple(Fraction(each) * size for each in reaches[axis])
+        gaps = place - own[0], (extent << (plan.bits - fine)) - place - own[1]
+        for gap, way, wall in zip(gaps, (1, -1), walls[axis], strict=True):
+            wait = None if frame.periods[axis] else _wall_wait(gap, way * step, way * bend)
             if wait is not None:
                 found.append((plan.anchor + wait, wall))
     return min(found, key=lambda met: met[0], default=None)
 
 
-def _wall_wait(gap: int, speed: int, bend: int) -> int | None:
+def _wall_wait(gap: int | Fraction, speed: int, bend: int) -> int | None:
     if bend:
-        return first_fall((gap, speed, bend))
+        whole = gap.denominator
+        return first_fall((int(gap * whole), speed * whole, bend * whole))
     wait = max(gap, 0) // -speed if speed < 0 else HORIZON
     return wait if wait < HORIZON else None
 

@@ -1,4 +1,4 @@
-"""Rules 5t, 7t and 11t of docs/specification.md: contacts of accelerated convex bodies, in whole numbers.
+"""Rules 5a, 7a and 11a of docs/specification.md, and 5t, 7t and 11t: accelerated bodies, in integers.
 
 A *set* of whole n from a start on is a list of runs [low, high). Whether d(n) is beyond the line of a face,
 over the face or nearest to a corner are signs of polynomials of n; where one of them is below 0 follows from
@@ -16,16 +16,16 @@ from fractions import Fraction
 from kinetile_accuracy.specification import bent
 from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQuadratic, Whole
 from kinetile_accuracy.specification.bent import HORIZON, Polynomial
-from kinetile_accuracy.specification.shapes import Difference, Exact, Face, dot, less
+from kinetile_accuracy.specification.shapes import Difference, Exact, Face, dot, less, whole
 
 Runs = list[tuple[int, int]]
 
-Parabola = tuple[Exact, Exact, Exact]
-"""d(n), by its coefficients: vectors."""
+Parabola = Sequence[Exact]
+"""d(n), by its three coefficients: vectors."""
 
 
 def bent_tick(
-    m: Difference,
+    m: Difference | None,
     one: FlightPlan,
     two: FlightPlan,
     frame: Frame,
@@ -33,37 +33,36 @@ def bent_tick(
     met: bool,
     earliest: int,
 ) -> int | None:
-    """Returns the tick of contact of two convex bodies of a scene with accelerations, not before the
-    ``earliest``; None: none. ``met``: they have just met each other."""
+    """Returns the tick of contact of two bodies of a scene with accelerations, not before the ``earliest``;
+    None: none. ``m`` is the difference of their shapes, None of discs; ``met``: they have just met each
+    other."""
     course = PairQuadratic(one, two, frame, image)
     start = max(earliest - course.since, 0)
-    if len(m.corners) > 1:
-        wait = contact(m, _course(course), start, met)
+    if m is not None and len(m.corners) > 1:
+        wait = contact(m, course.exact(), start, met)
     else:
-        q = _disc(m, m.corners[0], _course(course))
+        q = _quartic(m, course)
         again = bent.met_again_from(q) if met else 0
         wait = None if again is None else bent.first_fall(q, max(start, again))
     return None if wait is None else course.since + wait
 
 
 def bent_parting_tick(
-    m: Difference, one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, begun: int
+    m: Difference | None, one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, begun: int
 ) -> int | None:
     """Returns the tick at which two such bodies part that have ``begun`` to pass through each other."""
     course = PairQuadratic(one, two, frame, image)
     start = max(begun - course.since, 0)
-    if len(m.corners) > 1:
-        wait = parting(m, _course(course), start)
+    if m is not None and len(m.corners) > 1:
+        wait = parting(m, course.exact(), start)
     else:
-        wait = bent.first_fall(_negated(_disc(m, m.corners[0], _course(course))), start)
+        wait = bent.first_fall(_negated(_quartic(m, course)), start)
     return None if wait is None else course.since + wait
 
 
-def _course(course: PairQuadratic) -> Parabola:
-    """Returns d(n), n being ticks after the later anchor."""
-    whole = course.dx, course.dy, course.vx, course.vy, course.hx, course.hy
-    dx, dy, vx, vy, hx, hy = (Fraction(each, 1 << course.bits) for each in whole)
-    return (dx, dy), (vx, vy), (hx, hy)
+def _quartic(m: Difference | None, course: PairQuadratic) -> Polynomial:
+    """Returns Q of rule 5a, of discs, or of shapes whose difference is a point."""
+    return course.quartic() if m is None else _disc(m, m.corners[0], course.exact())
 
 
 def contact(m: Difference, d: Parabola, start: int, met: bool) -> int | None:
@@ -183,7 +182,7 @@ def _at(d: Parabola, n: int) -> Exact:
 
 def _along(start: Exact, way: Exact, d: Parabola) -> Polynomial:
     """Returns way . (d - start) as a polynomial, times some positive number."""
-    return _whole([dot(way, less(d[0], start)), dot(way, d[1]), dot(way, d[2])])
+    return whole([dot(way, less(d[0], start)), dot(way, d[1]), dot(way, d[2])])
 
 
 def _beyond(face: Face, d: Parabola) -> Polynomial:
@@ -204,21 +203,21 @@ def _over(face: Face, d: Parabola, start: int) -> list[Runs]:
 def _squared(m: Difference, face: Face, d: Parabola) -> Polynomial:
     """Returns g^2 - R^2 n.n, as a polynomial."""
     g = [dot(face.normal, each) for each in (less(d[0], face.start), d[1], d[2])]
-    return _whole(_less_square(_square(g), m.radius**2 * dot(face.normal, face.normal)))
+    return whole(_less_square(_square(g), m.radius**2 * dot(face.normal, face.normal)))
 
 
 def _disc(m: Difference, corner: Exact, d: Parabola) -> Polynomial:
     """Returns |d - corner|^2 - R^2, as a polynomial."""
     ways = less(d[0], corner), d[1], d[2]
     squares = [_square([way[axis] for way in ways]) for axis in range(2)]
-    return _whole(_less_square([x + y for x, y in zip(*squares, strict=True)], m.radius**2))
+    return whole(_less_square([x + y for x, y in zip(*squares, strict=True)], m.radius**2))
 
 
 def _deeper_than_strip(m: Difference, face: Face, d: Parabola, start: int) -> Runs:
     """Returns the set in which d is farther inside of the line of a face than the strip."""
     g = [dot(face.normal, each) for each in (less(d[0], face.start), d[1], d[2])]
-    square = _whole(_less_square(_square(g), m.flush**2 * dot(face.normal, face.normal)))
-    return _all([_below(_whole(g), start), _below(_negated(square), start)])
+    square = whole(_less_square(_square(g), m.flush**2 * dot(face.normal, face.normal)))
+    return _all([_below(whole(g), start), _below(_negated(square), start)])
 
 
 def _square(p: Sequence[Fraction]) -> list[Fraction]:
@@ -230,27 +229,19 @@ def _less_square(p: list[Fraction], square: Fraction) -> list[Fraction]:
     return [p[0] - square, *p[1:]]
 
 
-def _whole(p: Sequence[Fraction]) -> Polynomial:
-    common = math.lcm(*(each.denominator for each in p))
-    return [int(each * common) for each in p]
-
-
 def _negated(p: Polynomial) -> Polynomial:
     return [-each for each in p]
 
 
-def _below(p: Polynomial, start: int) -> Runs:
-    """Returns the set in which a polynomial is below 0, up to one after the horizon."""
-    ends = [start, *(n for n in bent.changes(p, start)), HORIZON + 2]
-    first = 0 if bent.value_at(p, start) < 0 else 1
+def _below(p: Polynomial, start: int, is_below: bool = True) -> Runs:
+    """Returns the set in which a polynomial is below 0, or is not, up to one after the horizon."""
+    ends = [start, *bent.changes(p, start), HORIZON + 2]
+    first = int((bent.value_at(p, start) < 0) != is_below)
     return [(ends[i], ends[i + 1]) for i in range(first, len(ends) - 1, 2)]
 
 
 def _not_below(p: Polynomial, start: int) -> Runs:
-    """Returns the set in which a polynomial is not below 0."""
-    ends = [start, *(n for n in bent.changes(p, start)), HORIZON + 2]
-    first = 1 if bent.value_at(p, start) < 0 else 0
-    return [(ends[i], ends[i + 1]) for i in range(first, len(ends) - 1, 2)]
+    return _below(p, start, is_below=False)
 
 
 def _before(runs: Runs) -> Runs:

@@ -2,8 +2,7 @@
 
 ``ContactBounds`` has a row for each body's plan. At a tick before which no contact can come any more, and not
 before any anchor, it gives for one body and every other a tick before which the two do not meet. It decides
-nothing: a bound that has come to the head of the queue is replaced by the exact tick
-(``arithmetic.pair_tick``).
+nothing: a bound at the head of the queue is replaced by the exact tick.
 
 The bound. Let u = 2^-53; X the largest of all coordinates of plans and of places at that tick; R the sum of
 two radii, r the largest radius; d and v separation and relative velocity of two bodies at the tick, in exact
@@ -27,11 +26,9 @@ arithmetic; t the time from there to their contact, at which the distance is at 
        rho = R + fat,  fat = 2^-45 (X + r) = 256 u (X + r)
 
    the computed way is at most the exact one to the contact, and where the computed h is above rho there is no
-   contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 in exact arithmetic
-   too: the two part, and never meet.
+   contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 exactly: they part.
 4. *The tick.* The way divided by |v| and by a tick has six roundings: 1 - 2^-48 is less than they can lose.
-   Rounded down and added to the present tick, which is an integer, it is a bound of the floor of the
-   contact's.
+   Rounded down and added to the present tick, an integer, it is a bound of the contact's.
 
 *Periods.* The separation is that of the nearest image, dx - N P for N the nearest whole number to dx / P; the
 product and the difference are two more roundings, of numbers below 2.5 X where X is P at least: 8 u X in the

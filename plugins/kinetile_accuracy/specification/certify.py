@@ -189,8 +189,7 @@ class LogCertifier:
         return WrongLine(len(self._rows), None, _line_of(due), why)
 
     def _carried_out(self, course: Course, line: CourseEvent) -> list[CourseEvent]:
-        """Carries an event out; returns the rows that follow it in a whole log: of what is held now, or
-        no longer."""
+        """Carries an event out; returns the rows behind it in a whole log: of what is held or let go."""
         before = [plan.pull for plan in course.plans]
         course.carry_out()
         if not self._whole or line.b in (LEAVING, ACCELERATED, INSERTED):
@@ -222,8 +221,7 @@ class LogCertifier:
         return due
 
     def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:
-        """Returns where a row's plans are not those of rule 9, or its acceleration is not the command's;
-        zeros may have either sign."""
+        """Returns where a row's plans are not those of rule 9, or the command's; zeros have any sign."""
         row, plan, nan = self._rows[index], course.plans[line.a], float("nan")
         one = two = (nan,) * len(_PLAN)
         if course.changes_plans(line):
@@ -265,8 +263,7 @@ def certify_log(
         fingerprint: the fingerprint that the list gives; None: it gives none.
         progress: called now and then with how far the check is.
 
-    Raises BadOption where the array has other fields, or ``until`` is before the start, and Refused where a
-    response is not specified.
+    Raises BadOption for other fields, or ``until`` before the start; Refused for an unspecified response.
     """
     certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
     return certifier.run(progress)

@@ -11,8 +11,7 @@ The commands of the scene, class 2, are in a list of their own: each comes befor
 tick, or after the number that it gives. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
 contacts with all others: the few that may come first get an entry each, the rest one for all. So of each two
 bodies at least the one that changed last has an entry that covers the other, and an entry that is older than
-the plan of one of its bodies is dropped. That is O(n) a contact, and about one exact tick for each body in
-it.
+a plan of its bodies is dropped. That is O(n) a contact, with some two exact ticks.
 """
 
 from __future__ import annotations
@@ -27,11 +26,10 @@ import numpy as np
 
 from kinetile import Accelerate, Insert, Remove, Scene, Shape, Turn
 from kinetile.instruments import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
-from kinetile_accuracy.specification import arithmetic, bent_shapes, rest, shapes
-from kinetile_accuracy.specification.answers import OUT, Answers
+from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
+from kinetile_accuracy.specification.answers import OUT, Answers, Support, across, both_hold, part
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
-from kinetile_accuracy.specification.rest import Support
 from kinetile_accuracy.specification.shapes import Difference
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
@@ -91,8 +89,7 @@ class _Planned(NamedTuple):
 
 
 class Course:
-    """The events of a scene, one after the other; ``last`` is an exact end: a tick, and its contacts (rule
-    8).
+    """The events of a scene, one after the other; ``last`` is an exact end (rule 8): tick, contacts.
 
     ``plans`` are the present flight plans, by body: the last of one that is gone, any of one still to come.
     ``held`` is what holds each body (rule 9r), ``present`` whether it is there, ``now`` the tick up to which
@@ -315,7 +312,7 @@ class Course:
             if self._settles(body, plan, Support(wall, (-nx, -ny)), held):
                 self._answers.touch((body,), self.now)
                 return
-            if rest.part(pull, (nx, ny)) > 0:
+            if part(pull, (nx, ny)) > 0:
                 self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick, w))
                 return
         self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick))
@@ -338,7 +335,7 @@ class Course:
                     self._answers.touch((a, b), self.now)
                     return
             (ax, ay), (bx, by) = pulls
-            pressed = w if rest.part((bx - ax, by - ay), out) < 0 else None
+            pressed = w if part((bx - ax, by - ay), out) < 0 else None
         velocities = self._answers.of_pair((a, b), plans, out, self.tick, pressed)
         for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
             self._change(body, plan, velocity)
@@ -353,12 +350,13 @@ class Course:
                 return False
         w = self._answers.settle(body, other)
         slow = plan.vx * plan.vx + plan.vy * plan.vy <= w * w
-        if len(held) == 1 and slow and rest.both_hold(whole, held[0], support):
+        if len(held) == 1 and slow and both_hold(whole, held[0], support):
             self._change(body, plan, (0.0, 0.0), (0.0, 0.0))
             self.held[body] = held[0], support
             return True
-        pull, velocity = rest.across(whole, support.out), rest.across((plan.vx, plan.vy), support.out)
-        if not rest.part(whole, support.out) < 0 or any(map(_both, pull, self.frame.periods)):
+        pull, velocity = across(whole, support.out), across((plan.vx, plan.vy), support.out)
+        along = [speed for speed, period in zip(pull, self.frame.periods, strict=True) if period]
+        if not part(whole, support.out) < 0 or any(along):
             return False
         self._change(body, plan, velocity, pull)
         self.held[body] = (support,)
@@ -412,11 +410,7 @@ class Course:
         m = self._difference(a, b)
         flight, begun = (self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
         if self.bent:
-            tick = (
-                arithmetic.bent_parting_tick(*flight, begun)
-                if m is None
-                else bent_shapes.bent_parting_tick(m, *flight, begun)
-            )
+            tick = bent_shapes.bent_parting_tick(m, *flight, begun)
         else:
             tick = arithmetic.parting_tick(*flight) if m is None else shapes.parting(m, *flight)
         if tick is not None:
@@ -474,10 +468,8 @@ class Course:
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
-            if self.bent and m is not None:
-                return bent_shapes.bent_tick(m, one, two, self.frame, image, image == barred, earliest)
             if self.bent:
-                return arithmetic.bent_tick(one, two, self.frame, image, image == barred, earliest)
+                return bent_shapes.bent_tick(m, one, two, self.frame, image, image == barred, earliest)
             if m is None:
                 return arithmetic.PairQuadratic(one, two, self.frame, image).tick()
             met = shapes.contact(m, one, two, self.frame, image)
@@ -609,10 +601,6 @@ class Course:
             if self.plans[body].anchor < tick - self._span:
                 heapq.heappush(self._heap, _Entry(tick, _ANCHORING, body, _NOBODY, self._stamp[body]))
         heapq.heappush(self._heap, _Entry(tick + self._span, _ANCHORING, _NOBODY, _NOBODY))
-
-
-def _both(one: float, other: float) -> bool:
-    return one != 0.0 != other
 
 
 def _two(numbers: Sequence[float] | Floats) -> Vector:

@@ -22,12 +22,11 @@ root is before z unless g(z) > 0 and g(z)² ≥ R²·n·n.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 from kinetile import Shape
-from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification import arithmetic
 from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bent import first_fall
@@ -107,7 +106,7 @@ def contact(
 ) -> Contact | None:
     """Returns the contact of two bodies by their difference and plans (rule 5s), through an image."""
     course = arithmetic.PairQuadratic(one, two, frame, image)
-    found = entry(m, *_course(course))
+    found = entry(m, *course.exact()[:2])
     return found and found._replace(tick=course.since + found.tick)
 
 
@@ -116,15 +115,8 @@ def parting(
 ) -> int | None:
     """Returns the tick at which two bodies part that pass through each other (rule 11s); None: none."""
     course = arithmetic.PairQuadratic(one, two, frame, image)
-    wait = exit_(m, *_course(course))
+    wait = exit_(m, *course.exact()[:2])
     return None if wait is None else course.since + wait
-
-
-def _course(course: arithmetic.PairQuadratic) -> tuple[Exact, Exact]:
-    """Returns d at the later anchor, and its change in a tick."""
-    whole = course.dx, course.dy, course.vx, course.vy
-    dx, dy, vx, vy = (Fraction(each, 1 << course.bits) for each in whole)
-    return (dx, dy), (vx, vy)
 
 
 def entry(m: Difference, d: Exact, v: Exact) -> Contact | None:
@@ -253,13 +245,9 @@ def _floor(middle: Fraction, sign: int, square: Fraction) -> int:
     return (top + root if sign > 0 else top - root - (root * root != under)) // common
 
 
-def normal(m: Difference, d: Vector, v: Exact) -> Vector:
-    """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity."""
-    return normal_and_face(m, d, v)[0]
-
-
 def normal_and_face(m: Difference, d: Vector, v: Exact) -> tuple[Vector, Face | None]:
-    """Returns the same with its face; None: it is the normal of a corner."""
+    """Returns the unit normal of an exchange (rule 9s), from the separation and the relative velocity, and
+    its face; None: it is the normal of a corner."""
     closing = [face for face in m.faces if dot(face.normal, v) < 0] if not m.radius else []
     face, away = _rounded(m, closing or m.faces, d)
     if face is not None and away is None:
@@ -314,37 +302,18 @@ def ledge(m: Difference, face: Face, d: Vector, v: Vector, pull: Vector, tick: f
     speed, bend = Fraction(nx * v[1] - ny * v[0]) * q, Fraction(nx * pull[1] - ny * pull[0]) * q * q / 2
     first = [m.flush - Fraction(seen.before[0]), speed, bend]
     second = [m.flush + Fraction(seen.after[0]), -speed, -bend]
-    waits = [first_fall(_whole(gap)) for gap in (first, second)]
+    waits = [first_fall(whole(gap)) for gap in (first, second)]
     return min((each for each in waits if each is not None), default=None)
 
 
 def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
     """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6s); None: none."""
-    if frame.arena is None:
-        return None
-    found = []
-    size, r = 1 << plan.bits, shape.radius
-    for axis, walls in enumerate(((LEFT, RIGHT), (BOTTOM, TOP))):
-        if frame.periods[axis]:
-            continue
-        core = [corner[axis] for corner in shape.core]
-        before, after = r - min(core), r + max(core)  # as doubles
-        place, step, bend = (Fraction(each[axis], size) for each in (plan.place, plan.step, plan.bend))
-        side = Fraction(frame.arena[axis][0], 1 << frame.arena[axis][1])
-        if bend:  # rule 6a
-            gaps = place - Fraction(before), side - place - Fraction(after)
-            for gap, way, wall in zip(gaps, (1, -1), walls, strict=True):
-                falls = first_fall(_whole([gap, way * step, way * bend]))
-                found += [] if falls is None else [(plan.anchor + falls, wall)]
-            continue
-        gap = place - Fraction(before) if step < 0 else side - place - Fraction(after)
-        wait = 0 if gap <= 0 or step == 0 else math.floor(gap / abs(step))
-        if step and wait < HORIZON:
-            found.append((plan.anchor + wait, walls[step > 0]))
-    return min(found, key=lambda each: each[0], default=None)
+    r = shape.radius
+    reaches = [(r - min(core), r + max(core)) for core in zip(*shape.core, strict=True)]  # as doubles
+    return arithmetic.wall_tick(plan, frame, reaches)
 
 
-def _whole(p: list[Fraction]) -> list[int]:
+def whole(p: Sequence[Fraction]) -> list[int]:
     """Returns a polynomial times a number that makes it whole."""
     common = math.lcm(*(each.denominator for each in p))
     return [int(each * common) for each in p]

@@ -233,30 +233,17 @@ def _between(fine: float, coarse: float, part: float) -> float:
 # grey.
 
 
-class _Look(NamedTuple):
-    name: str
-    colour: str
-    marker: str
-    line: str
-
-
 _LOOKS = {
-    ("snapshots", "sweep"): _Look("snapshots, sweep", "#000000", "o", "-"),
-    ("snapshots", "cells"): _Look("snapshots, cells", "#777777", "s", "--"),
-    ("engine", "chipmunk"): _Look("Chipmunk", "#009E73", "D", "-."),
-    ("engine", "box2d"): _Look("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
-    ("engine", "box2d-bullets"): _Look("Box2D 2.3, bullets", "#D55E00", "P", "-"),
+    ("snapshots", "sweep"): ("snapshots, sweep", "#000000", "o", "-"),
+    ("snapshots", "cells"): ("snapshots, cells", "#777777", "s", "--"),
+    ("engine", "chipmunk"): ("Chipmunk", "#009E73", "D", "-."),
+    ("engine", "box2d"): ("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
+    ("engine", "box2d-bullets"): ("Box2D 2.3, bullets", "#D55E00", "P", "-"),
 }
-"""Of methods in steps, by kind and name. Kinetic methods have one colour, and a marker each."""
+"""Names, colours, markers and lines of methods in steps. Kinetic ones have one colour, and a marker each."""
 
 _LINE = "#0072B2"
 _MARKERS = "s*^XopdhH8<>"
-
-
-def _look_of(row: SpeedError, kinetic: Sequence[str]) -> _Look:
-    if row.kind == "kinetic":
-        return _Look(row.method, _LINE, _MARKERS[kinetic.index(row.method) % len(_MARKERS)], "")
-    return _LOOKS[row.kind, row.method]
 
 
 def draw_speed_error(rows: Sequence[SpeedError]) -> sections.Figure:
@@ -267,8 +254,11 @@ def draw_speed_error(rows: Sequence[SpeedError]) -> sections.Figure:
     panels[0].set(yscale="log", ylim=(0.6 * min(r.cost for r in rows), 1.7 * max(r.cost for r in rows)))
     for strip, main, error in ((*panels[:2], "deepest"), (*panels[2:], "missed_share")):
         _lay_out(strip, main, error, rows)
-        for some in grouped(rows, "kind", "method").values():
-            _draw_method(strip, main, error, some, _look_of(some[0], kinetic))
+        for (kind, method), some in grouped(rows, "kind", "method").items():
+            look = _LOOKS.get((kind, method))
+            if look is None:
+                look = method, _LINE, _MARKERS[kinetic.index(method) % len(_MARKERS)], ""
+            _draw_method(strip, main, error, some, look)
         best = fastest(rows).cost
         for panel in (strip, main):
             panel.axhline(best, color=_LINE, linewidth=0.9, zorder=1)
@@ -313,18 +303,20 @@ def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> N
         mark.set_in_layout(False)
 
 
-def _draw_method(strip: Any, main: Any, error: str, rows: Sequence[SpeedError], look: _Look) -> None:
+def _draw_method(
+    strip: Any, main: Any, error: str, rows: Sequence[SpeedError], look: tuple[str, ...]
+) -> None:
     rows = sorted(rows, key=_step)
-    style: dict[str, Any] = {"color": look.colour, "marker": look.marker, "clip_on": False}
+    name, colour, marker, line = look
+    style: dict[str, Any] = {"color": colour, "marker": marker, "label": name, "clip_on": False}
     kinetic = rows[0].kind == "kinetic"
     # A white edge separates a marker from another that it lies over.
     solid = {"markersize": 7.0, "markeredgecolor": "white", "markeredgewidth": 0.6}
     style |= solid if kinetic else {"markersize": 4.0, "markerfacecolor": "white"}
-    style["label"] = look.name
     beyond = [row for row in rows if getattr(row, error) <= ROUNDING]
     if beyond:
         places = [max(row.deepest, 2e-16) if error == "deepest" else 0.0 for row in beyond]
         strip.plot(places, [row.cost for row in beyond], linestyle="", zorder=4, **style)
     if len(beyond) < len(rows):
         x = [value if (value := getattr(row, error)) > ROUNDING else math.nan for row in rows]
-        main.plot(x, [row.cost for row in rows], linestyle=look.line, linewidth=1.2, zorder=3, **style)
+        main.plot(x, [row.cost for row in rows], linestyle=line, linewidth=1.2, zorder=3, **style)

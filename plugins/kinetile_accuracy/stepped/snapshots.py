@@ -208,8 +208,7 @@ class SteppedRun:
 
 def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sweep") -> SteppedRun:
     """Runs a scene in steps of ``dt`` to ``until``, or the first step after it; all contacts are elastic.
-    Raises Refused for turns, or "cells" without an arena, ValueError unless ``dt`` > 0 and ``until`` is not
-    before the start."""
+    Raises Refused for turns, or "cells" without an arena, and what ``steps_until`` raises."""
     if scene.commands:
         raise Refused("snapshots are taken of bodies without turns; run this scene with a Simulation")
     if finder == "cells" and scene.arena is None:

@@ -79,8 +79,7 @@ class Study:
             disagreed: called at once with a sentence where a row has other contacts than one of its scene.
 
         Raises StudyStopped where another process runs this study, or the workers cannot go on, or have other
-        versions: a later run can; RecordError where rows cannot be written; and BadOption for a status that
-        does not exist, or no workers.
+        versions: a later run can; RecordError where rows cannot be written; BadOption for a wrong status.
         """
         if workers is not None and workers < 1:
             raise BadOption(f"workers is {workers}; expected a number, at least 1")

@@ -33,7 +33,7 @@ from kinetile.instruments import (
     to_be_filled_in,
 )
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
-from kinetile_conformance.cases import GENERAL, RunOutcome, difference, outcome
+from kinetile_conformance.cases import GENERAL, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, watch
 
@@ -225,15 +225,13 @@ def same_contacts_as_convex(case: Case) -> None:
     subject = case.subject
     compare(case, outcome(subject, case.scene, case.contacts))
     convex = replace(subject, narrow=subject.of_role("wall") | {"convex": {}}).reference
-    found, expected = (_answer_of(each) for each in (case.expected, outcome(convex, case.scene)))
+    found, expected = (  # not how deep bodies overlap, nor the sign of a zero
+        replace(run, tables={}, positions=run.positions + 0.0, velocities=run.velocities + 0.0)
+        for run in (case.expected, outcome(convex, case.scene))
+    )
     text = difference(found, expected, str(subject.pair))
     if text is not None:
         raise Disagreement(f"compared with convex, {text}")
-
-
-def _answer_of(run: RunOutcome) -> RunOutcome:
-    """Returns what the specification says of a run: not how deep bodies overlap, nor the sign of a zero."""
-    return replace(run, tables={}, positions=run.positions + 0.0, velocities=run.velocities + 0.0)
 
 
 def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:

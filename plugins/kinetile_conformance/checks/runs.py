@@ -16,7 +16,7 @@ import kinetile as kt
 from kinetile import Accelerate, Insert, Remove, Simulation
 from kinetile.errors import AuditError, KinetileError, TooThick
 from kinetile.instruments import Command, first_difference, relabelled, with_commands
-from kinetile.toolbox import At, Box, Coordinate, Link, box_gaps, reaches_of
+from kinetile.toolbox import At, Box, Link, box_gaps, reaches_of
 from kinetile_conformance.cases import RunOutcome, difference, horizon, is_living, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
 
@@ -146,16 +146,13 @@ def _check_drawing(sim: Simulation) -> None:
         drawn = "is a link, and they are no" if (a, b) in links else "is no link, and they are a"
         raise Disagreement(f"at time {sim.time!r} between {a} and {b} there {drawn} candidate pair")
     boxes = [(*each.low, *each.high) for each in items if isinstance(each, Box) and each.role == "bound"]
-    if sim.scene.periodic or len(boxes) != len(sim.bodies) or any(map(_moves, boxes)):
+    moves = any(isinstance(side, At) for box in boxes for side in box)
+    if sim.scene.periodic or len(boxes) != len(sim.bodies) or moves:
         return
     sides, place = np.array(boxes, float).reshape(-1, 1, 4), sim.positions()
     within = ((sides[..., :2] <= place) & (place <= sides[..., 2:])).all(axis=2).any(axis=0)
     for body in sim.bodies[~within][:1]:
         raise Disagreement(f"at time {sim.time!r} none of its boxes holds the centre of body {body}")
-
-
-def _moves(box: tuple[Coordinate, ...]) -> bool:
-    return any(isinstance(each, At) for each in box)
 
 
 def look_at(sim: Simulation) -> None:
@@ -256,8 +253,7 @@ def _together(command: Command) -> object:
 
 
 def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> None:
-    """Gives commands of a scene, one or some insertions at once, in which bodies have other ``numbers``; what
-    is refused is left out."""
+    """Gives a command, or insertions at once, to bodies that have other ``numbers``, unless it is refused."""
     command = batch[0]
     if isinstance(command, Insert):
         coming = [each for each in batch if isinstance(each, Insert)]

@@ -14,8 +14,6 @@ import numpy.typing as npt
 from kinetile import Insert, Scene, Turn
 from kinetile_conformance.cases import horizon
 
-changed = Scene.replace
-
 
 def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
     """Returns a scene with some of its bodies at the start, under new numbers, with their commands."""
@@ -26,20 +24,20 @@ def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
     columns = ("position", "velocity", "mass", "shape" if scene.shapes else "radius")
     fields: dict[str, Any] = {name: getattr(scene, name)[kept] for name in columns}
     commands = [each._replace(body=new[each.body]) for each in scene.commands if each.body in new]
-    return changed(scene, **fields, kind=[scene.kind[body] for body in kept], commands=commands)
+    return scene.replace(**fields, kind=[scene.kind[body] for body in kept], commands=commands)
 
 
 def only_commands(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
     """Returns a scene with some of its commands, without those for a body that never comes."""
     commands = [scene.commands[at] for at in np.sort(kept)]
     there = {*range(len(scene)), *(command.body for command in commands if isinstance(command, Insert))}
-    return changed(scene, commands=[command for command in commands if command.body in there])
+    return scene.replace(commands=[command for command in commands if command.body in there])
 
 
 def ended_at(scene: Scene, until: float) -> Scene:
     """Returns a scene that runs until another time, without the commands after it."""
     left = [command for command in scene.commands if command.time <= until]
-    return changed(scene, settings=replace(scene.settings, until=until), commands=left)
+    return scene.replace(settings=replace(scene.settings, until=until), commands=left)
 
 
 def viewed(scene: Scene, larger: float = 1.0, slower: float = 1.0, later: float = 0.0) -> Scene:

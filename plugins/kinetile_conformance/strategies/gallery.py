@@ -1,6 +1,5 @@
-"""Fixed scenes: the gallery that every phase is shown, and few bodies of all kinds, on which memory is
-watched with interpreted hooks: crowds and lone bodies, walls and none, turns, sizes that differ, places far
-from the origin and below it."""
+"""Fixed scenes: the gallery that every phase is shown, and few bodies of all kinds, for interpreted hooks
+whose memory is watched: crowds and lone bodies, walls and none, turns, sizes, places far from the origin."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 With small dyadic numbers contacts, crossings and turns happen at the same moment exactly, bodies touch at the
 start, graze, or move together. Wide floats, great ratios of size and places far from the origin are for
-realism. A body, of two or more, is drawn as a whole. Masses are equal but for great ratios of size, for few
-loops.
+realism. A body, of two or more, is drawn as a whole. Masses are equal but for great ratios of size.
 """
 
 from __future__ import annotations

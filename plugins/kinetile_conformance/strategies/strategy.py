@@ -1,5 +1,4 @@
-"""A strategy: what is drawn, and nothing else: by Hypothesis, from one number each, or fixed; the same seed
-has the same scenes."""
+"""A strategy: what is drawn by Hypothesis, from one number each, or fixed; one seed has the same scenes."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """Scenes on periodic axes, from one body to forty: on borders and in corners, written some periods away, in
-boxes up to twenty times as long as wide, in which some fly thousands of periods. All have rules of kinds, for
-one loop."""
+boxes up to twenty times as long as wide, in which some fly thousands of periods. All have kinds."""
 
 from __future__ import annotations
 

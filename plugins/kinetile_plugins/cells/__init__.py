@@ -17,8 +17,7 @@ bound all coordinates, u = 2^-53, V the speed and q a tick; eta = 16 u X + 2 V q
 + 4) 16 u X + 4 V q, more than 2 eta.
 
 The edges do not move. Edge number e of cells of side S is the double e S, rounded once, and a body leaves at
-that plus or minus the slack, rounded once more. These doubles define the edges; they need not equal e S and
-the slack exactly.
+that plus or minus the slack, rounded once more. These doubles define the edges.
 
 A body is never further than the slack and 7 u X + V q, less than eta, outside its cell, at any tick whose
 structural events have run. Consider one axis, and an edge at E, the slack added, that the body flies to at
@@ -35,16 +34,14 @@ speed v, from x at its anchor.
   negative, and not more if it is not positive.
 - When the structure is built, places are rounded four times more before they are rounded down to a cell.
 
-A crossing cannot repeat itself without end: a body that crosses an edge flies away from it, and the next edge
-ahead is a whole cell away.
+Crossings do not repeat without end: a body that crosses an edge flies away from it, a whole cell ahead.
 
 So bodies in cells that are not adjacent are apart. On one axis there is a whole cell between them, with edges
 S apart up to 2 u X, and each is outside its own cell by less than the slack and eta. Cells have S - 2 slack =
 2 (r + 2 delta), up to 2 u X, for the largest radius r of those that the cells were prepared for (including
 bodies inserted later, or the kernel prepares again; the present bodies alone would make r too small). The
 reach of a body is its radius and delta. So their gap, between their reaches, is at least 2 delta - 2 eta - 4
-u X > 0. Hence two bodies that touch are near each other, as the contract demands; the skin does the rest, as
-for every phase.
+u X > 0. Hence two bodies that touch are near each other, as the contract demands.
 
 With shapes r is the farthest that one of the bodies reaches to any of its four sides, not the radius of the
 circle around it: .71 of that for a square. The proof is the same, along the axis on which the cells are not
@@ -93,7 +90,7 @@ class Cells:
             enter=hooks.enter,
             leave=hierarchy.leave if hooks is hierarchy else uniform.leave,
             room=scene.capacity,
-            build=torus.build if hooks is torus else uniform.build,
+            build=hooks.build,
             repair=hooks.repair,
             replan=torus.watch if hooks is torus else uniform.watch,
             soon=hierarchy.soon if hooks is hierarchy else uniform.soon,

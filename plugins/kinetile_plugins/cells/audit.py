@@ -1,10 +1,9 @@
 """Audit of the cells, slow and from scratch, and their drawing.
 
 Between two events every body is within its home, but for rounding and for one that is about to go over; the
-table has every body in the cell of its home and nowhere else, block before list; every body is a guest
-in the cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which
-the plan says that an edge is reached; and no cell, without its slack, is narrower than bodies that may be at
-home in its level.
+table has every body in the cell of its home and nowhere else, block before list; every body is a guest in the
+cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which the
+plan says that an edge is reached; and no cell, without its slack, is narrower than bodies of its level.
 """
 
 from __future__ import annotations
@@ -40,11 +39,11 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     room = 0.5 * (narrow - least_side(levels.widest, skin))
     for of in np.flatnonzero((levels.slack > room) | (room < 0.0)):
         yield f"level {of} has cells of side {narrow[of]}: too narrow for a slack of {levels.slack[of]}"
-    axes = _axes(k, s, there)
-    yield from _places(k, there, axes)
-    yield from _certificates(k, s, there, axes)
-    cells = (cells_on_torus if len(k.images) > 0 else cells_of)(grid, homes.x, homes.y)
-    for body in np.flatnonzero(homes.cell != cells):
+    cells = _cells(k, s, there)
+    yield from _places(k, there, cells)
+    yield from _certificates(k, s, there, cells)
+    right = (cells_on_torus if len(k.images) > 0 else cells_of)(grid, homes.x, homes.y)
+    for body in np.flatnonzero(homes.cell != right):
         cell = f"cell ({homes.x[body]:.0f}, {homes.y[body]:.0f}) of the plane"
         yield f"body {there[body]} is at home in cell {homes.cell[body]} of the table, where {cell} is not"
     yield from _table(s, there)
@@ -52,51 +51,46 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
         yield from _guests(s, at, there)
 
 
-class _Axis(NamedTuple):
-    """Bodies along an axis: their columns in the plans' frame, how wide these are and their slack, the plans'
-    places and speeds, and whether there are several columns: no body leaves the only one."""
+class _Cells(NamedTuple):
+    """The cells of m bodies along both axes, (m, 2): columns and rows in the plans' frame, how wide these are
+    and their slack, and whether there are several: no body leaves the only one."""
 
-    name: str
-    cell: Any
+    at: Any
     side: Any
     slack: Any
-    place: Any
-    speed: Any
     several: Any
 
 
-def _axes(k: Kernel, s: State, there: Whole) -> list[_Axis]:
-    bodies, homes = k.bodies[there], s.homes[there]
+def _cells(k: Kernel, s: State, there: Whole) -> _Cells:
+    homes = s.homes[there]
     grid = s.levels[homes.level]
-    x, y = homes.x, homes.y
+    at = np.column_stack([homes.x, homes.y])
     if len(k.images) > 0:
-        x, y = x - k.images[there].kx * grid.columns, y - k.images[there].ky * grid.rows
-    return [
-        _Axis("x", x, grid.side, grid.slack, bodies.x, bodies.vx, grid.columns > 1),
-        _Axis("y", y, grid.height, grid.slack, bodies.y, bodies.vy, grid.rows > 1),
-    ]
+        images = k.images[there]
+        at -= np.column_stack([images.kx * grid.columns, images.ky * grid.rows])
+    side = np.column_stack([grid.side, grid.height])
+    return _Cells(at, side, grid.slack[:, None], np.column_stack([grid.columns > 1, grid.rows > 1]))
 
 
-def _places(k: Kernel, there: Whole, axes: list[_Axis]) -> Iterator[str]:
+def _places(k: Kernel, there: Whole, cells: _Cells) -> Iterator[str]:
     """Every body is within its cell, by its plan, but for less than two skins."""
-    waiting = np.asarray(k.queue.own[there]) > k.clock[0].now
-    for axis, place in zip(axes, positions_now(k)[there].T, strict=True):
-        slack = axis.slack + 2.0 * k.clock[0].limits.skin
-        outside = (place < axis.cell * axis.side - slack) | (place > (axis.cell + 1.0) * axis.side + slack)
-        for body in np.flatnonzero(outside & waiting & axis.several):
-            home = f"cell {axis.cell[body]:.0f} of side {axis.side[body]}"
-            yield f"body {there[body]} is at {axis.name} = {place[body]}, outside {home}"
+    at, side, slack, several = cells
+    waiting, place = np.asarray(k.queue.own[there]) > k.clock[0].now, positions_now(k)[there]
+    slack = slack + 2.0 * k.clock[0].limits.skin
+    outside = (place < at * side - slack) | (place > (at + 1.0) * side + slack)
+    for body, axis in np.argwhere(outside & waiting[:, None] & several):
+        home = f"cell {at[body, axis]:.0f} of side {side[body, axis]}"
+        yield f"body {there[body]} is at {'xy'[axis]} = {place[body, axis]}, outside {home}"
 
 
-def _certificates(k: Kernel, s: State, there: Whole, axes: list[_Axis]) -> Iterator[str]:
+def _certificates(k: Kernel, s: State, there: Whole, cells: _Cells) -> Iterator[str]:
     """Every certificate fails when the body reaches the first edge ahead of it, and that edge is noted."""
     bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.own[there]
-    delays = []
-    for _, cell, side, slack, place, speed, several in axes:
-        with np.errstate(all="ignore"):
-            delay = ((cell + (speed > 0.0)) * side + np.where(speed > 0.0, slack, -slack) - place) / speed
-        delays.append(np.where((speed != 0.0) & several, delay, np.inf))
-    across, along = delays
+    at, side, slack, several = cells
+    place, speed = np.column_stack([bodies.x, bodies.y]), np.column_stack([bodies.vx, bodies.vy])
+    with np.errstate(all="ignore"):
+        delay = ((at + (speed > 0.0)) * side + np.where(speed > 0.0, slack, -slack) - place) / speed
+    across, along = np.where((speed != 0.0) & several, delay, np.inf).T
     with np.errstate(over="ignore"):
         ticks = np.maximum(np.minimum(across, along), 0.0) * clock.per_time
     soon = ticks < FAR

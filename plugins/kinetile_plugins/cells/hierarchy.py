@@ -1,11 +1,6 @@
-"""The hooks where bodies of different size are at home in different levels of cells.
-
-The cells of a level are a power of two times as wide as those of the level below, and made of them. A body is
-at home in one level, and a *guest* in the cells around its own of every coarser level. Two bodies are near
-each other if the smaller one, at home or as a guest, is in the cell of the larger or in one of the eight
-around it. So a body is near those at home and the guests around it in its own level, and those at home around
-it in each coarser one; either side finds the other.
-"""
+"""The hooks where bodies of different size are at home in different levels (docs/cells.md, Bodies of many
+sizes). A body is near those at home and the guests around it in its own level, and those at home around it in
+each coarser one; either side finds the other."""
 
 from __future__ import annotations
 
@@ -20,6 +15,7 @@ from kinetile_plugins.cells.layout import (
     list_ahead,
     list_around,
     move_out,
+    settle,
     wrapped,
 )
 from kinetile_plugins.cells.uniform import fetch_around, watch
@@ -59,11 +55,33 @@ def _list_guests(k: Kernel, s: State, cell: int, count: int) -> int:
     return count
 
 
+@hook
+def _invite(s: State, body: int) -> None:
+    """Registers a body in all coarser levels than its own, as a guest."""
+    coarser = len(s.levels) - 1
+    home = s.homes[body]
+    level = int(home.level)
+    for at in range(level + 1, coarser + 1):
+        over = s.levels[at]
+        part = s.levels[level].side / over.side
+        cell = cell_of(over, math.floor(home.x * part), math.floor(home.y * part))
+        _enter_as_guest(s, body * coarser + at - 1, cell)
+
+
+@unchecked
+@hook
+def build(k: Kernel, s: State) -> None:
+    """Puts every body into the cells that ``arrange`` has found, and watches it."""
+    for body in range(k.clock[0].bodies):
+        settle(s, body)
+        _invite(s, body)
+        watch(k, s, body)
+
+
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names the bodies at home and the guests around a body in its level, and those at home around it in each
-    coarser one."""
+    """Names those at home and the guests around a body in its level, and those at home in coarser ones."""
     home = s.homes[body]
     level = int(home.level)
     coarser = len(s.levels) - 1
@@ -121,19 +139,13 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """Inserts a body: its home is in the finest level that has been prepared for bodies as wide, and it is a
-    guest in the coarser ones."""
+    """Inserts a body: at home in the finest level for bodies as wide, a guest in the coarser ones."""
     coarser = len(s.levels) - 1
     level = 0
     while level < coarser and s.levels[level].widest < k.bodies[body].radius:
         level += 1
     come_home(k, s, body, level)
-    home = s.homes[body]
-    for at in range(level + 1, coarser + 1):
-        over = s.levels[at]
-        part = s.levels[level].side / over.side
-        cell = cell_of(over, math.floor(home.x * part), math.floor(home.y * part))
-        _enter_as_guest(s, body * coarser + at - 1, cell)
+    _invite(s, body)
     watch(k, s, body)
 
 

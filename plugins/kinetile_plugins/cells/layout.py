@@ -1,25 +1,17 @@
 """The table of cells: their widths, the bodies in each, and how the hooks read and change it.
 
-The plane is divided into square cells, and a cell has a number, its place in the table: the rows of the
-table follow each other, so cell (x, y) of the plane is place x + ``columns`` y, modulo the number of places.
-The end of a row adjoins the beginning of the next one, and the last place adjoins the first: a helix, wound
-up to a torus. So the eight cells around a cell are at fixed distances from it, everywhere, and only near the
-two ends of the table is there anything to wind up. With an arena the table has one more column and row than
-the arena, so that no two cells of the arena share a place and its opposite edges are not adjacent. Without
-one cells that are a multiple of a whole turn apart share a place. That makes pairs that are far apart, which
-only costs time: nearness depends on the table alone, and is the same from both sides (below).
+docs/cells.md has what is stored, and how wide cells are. Rows of the table follow each other: cell (x, y) of
+the plane is place x + ``columns`` y, modulo the number of places. The end of a row adjoins the beginning of
+the next one, and the last place adjoins the first: a helix, wound up to a torus. So the eight cells around a
+cell are at fixed distances from it, everywhere, and only near the two ends of the table is there anything to
+wind up. With an arena the table has one more column and row than the arena, so that no two cells of the arena
+share a place and its opposite edges are not adjacent.
 
 A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
 vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
-threaded through the bodies: any number of bodies fits into a cell, and nothing has to be allocated. How many
-cells of a level have a list is counted: none in most scenes, and then no list is looked for.
-
-The narrower the cells, the fewer bodies are near each other, and the more often one moves to another cell. A
-cell cannot be narrower than the widest body at home in it (the docstring of the package has the bound and its
-proof); a body is as wide as twice what it reaches to its farthest side. For bodies that are far apart it is
-best to have two or three in a cell: ``SPACING`` times the side at which there is one. That is measured, and
-the optimum is flat. A cell is wider than it must be by twice its ``slack``: a body may be outside its cell by
-that and stay at home, so a body that oscillates over an edge does not cross each time.
+threaded through the bodies. How many cells of a level have a list is counted: none in most scenes, and then
+no list is looked for. A body is as wide as twice what it reaches to its farthest side, and a cell is wider
+than it must be by twice its ``slack``.
 
 Why the table loses no pair
 ===========================
@@ -32,8 +24,7 @@ p(x, y) = (x + C y) mod N.
   is changed by such a step at each crossing stays at p of its cell. Adjacency is mutual, since the distances
   come with both signs: a is near b if b is near a. ``near`` reads the table alone.
 - *Nine places.* The nine distances lie from -C - 1 to C + 1, and are different integers, since C >= 3. Two of
-  them differ by 2 C + 2 at most, which is less than 3 C <= N. So they are different modulo N, and no body is
-  named twice.
+  them differ by 2 C + 2 at most, less than 3 C <= N, so also modulo N: no body is named twice.
 - *The two ends.* For a place n with C < n < N - C - 1 all nine lie from 0 to N - 1 without a turn, and are
   three runs of three blocks. For the other places, the first row, the last, and one place beside each, every
   sum is more than -N and less than 2 N, since C + 1 < N: one turn, added or subtracted, winds it up.
@@ -46,8 +37,7 @@ p(x, y) = (x + C y) mod N.
   and must not be rounded. A side is at least 2 (r + 2 delta), more than 256 (n + 4) u X. So |x| and |y| are
   less than 2^45 / (n + 4) + 1, for n bodies. A level has at most 8 n + 15 places, and C is at most a third of
   it: C |y| and the sum x + C y are less than 2^47, exact. The quotient by N is off by 2^-6 / N at most, while
-  a quotient that is not whole is at least 1 / N from the next whole number: its floor is right, and so is the
-  remainder.
+  a quotient that is not whole is at least 1 / N from the next whole number: its floor is right.
 """
 
 from __future__ import annotations
@@ -258,8 +248,7 @@ def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int)
 
 
 def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns the hooks that find their way in the table, on a helix or a torus: ``list_ahead``,
-    ``come_home`` and ``go_over``."""
+    """Returns ``list_ahead``, ``settle``, ``come_home`` and ``go_over``, for a helix or a torus."""
 
     @hook
     def beside(grid: Records, cell: int, right: int, up: int) -> int:
@@ -289,9 +278,17 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         return count
 
     @hook
+    def settle(s: State, body: int) -> None:
+        """Puts a body into the cell of its column and row."""
+        home = s.homes[body]
+        grid = s.levels[home.level]
+        home.cell = cell_on_torus(grid, home.x, home.y) if periodic else cell_of(grid, home.x, home.y)
+        home.next = NOBODY
+        move_in(s, body, home.cell)
+
+    @hook
     def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-        """Inserts a body into the cell of a level in which it is, by its rounded coordinates: later its cell
-        depends on crossings alone."""
+        """Inserts a body into its cell of a level, by rounded coordinates: later crossings alone count."""
         plan = k.bodies[body]
         home = s.homes[body]
         grid = s.levels[level]
@@ -300,12 +297,8 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         if periodic:
             home.x += float(k.images[body].kx * grid.columns)
             home.y += float(k.images[body].ky * grid.rows)
-            home.cell = cell_on_torus(grid, home.x, home.y)
-        else:
-            home.cell = cell_of(grid, home.x, home.y)
         home.level = level
-        home.next = NOBODY
-        move_in(s, body, home.cell)
+        settle(s, body)
 
     @hook
     def go_over(s: State, body: int) -> tuple[int, int]:
@@ -321,10 +314,10 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
         move_in(s, body, home.cell)
         return right, up
 
-    return list_ahead, come_home, go_over
+    return list_ahead, settle, come_home, go_over
 
 
-list_ahead, come_home, go_over = moves(False)
+list_ahead, settle, come_home, go_over = moves(False)
 
 
 SPACING = 1.25, 1.65
@@ -426,8 +419,7 @@ def table_size(scene: Scene, side: float) -> tuple[int, int]:
 
 
 def empty(scene: Scene, sides: list[float], size: Callable[..., tuple[int, int]] = table_size) -> State:
-    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it. ``size`` is of the
-    table of a level."""
+    """Returns the state for a scene and the sides of its levels; ``arrange`` fills it."""
     n, coarser = scene.capacity, len(sides) - 1
     levels = np.zeros(len(sides), LEVEL).view(np.recarray)
     cells = 0
@@ -452,37 +444,23 @@ def empty(scene: Scene, sides: list[float], size: Callable[..., tuple[int, int]]
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its present cells; the cells become wider if the skin needs it.
+    """Finds every body's present cell; the cells become wider if the skin needs it.
 
     The present bodies do not determine the width: a wider one may be inserted later.
     """
     homes, levels = s.homes[: len(k.bodies)], s.levels
-    level = homes.level
     least = least_side(levels.widest, k.clock[0].limits.skin)
     levels.side *= max(float((least / levels.side).max()) * ABOVE, 1.0)
     levels.height = levels.side
     levels.slack = 0.5 * (levels.side - least)
-    homes.x, homes.y = np.floor(positions_now(k) / levels.side[level][:, None]).T
-    s.hosts[:] = NOBODY
-    homes.cell = cells_of(levels[level], homes.x, homes.y)
-    fill(s, homes)
-    for at in range(1, len(levels)):
-        _invite(s, at, homes)
+    homes.x, homes.y = np.floor(positions_now(k) / levels.side[homes.level][:, None]).T
+    clear(s)
 
 
-def fill(s: State, homes: Records) -> None:
-    """Puts bodies into the cells of their homes; all cells were empty before."""
-    homes.next = NOBODY
-    s.blocks[:] = 0
-    s.lists[:] = NOBODY
-    body, before, rank = _queued(homes.cell)
-    inside, cell = rank < FULL, homes.cell[body]
-    s.blocks[cell[inside] * BLOCK + rank[inside]] = body[inside]
-    np.maximum.at(s.blocks, cell * BLOCK + FULL, np.minimum(rank + 1, FULL))
-    homes.next[body[rank > FULL]] = before[rank > FULL]
-    s.lists[cell[~inside]] = body[~inside]  # of several in a cell, the last
-    first = body[rank == FULL]  # of those in a list
-    s.listed[:] = np.bincount(homes.level[first], minlength=len(s.listed))
+def clear(s: State) -> None:
+    """Empties all cells."""
+    s.blocks[:] = s.listed[:] = 0
+    s.lists[:] = s.hosts[:] = NOBODY
 
 
 def cells_of(grid: Records, x: Any, y: Any) -> Any:
@@ -493,30 +471,3 @@ def cells_of(grid: Records, x: Any, y: Any) -> Any:
 def cells_on_torus(grid: Records, x: Any, y: Any) -> Any:
     """Returns what ``cell_on_torus`` does, for many at once."""
     return (np.mod(x, grid.columns) + np.mod(y, grid.rows) * grid.columns).astype(np.int64)
-
-
-def _invite(s: State, at: int, homes: Records) -> None:
-    """Registers in a level all bodies of finer levels, as guests."""
-    guest, grid = s.guests, s.levels[at]
-    (smaller,) = np.nonzero(homes.level < at)
-    number = smaller * (len(s.levels) - 1) + at - 1
-    home = homes[smaller]
-    part = s.levels.side[home.level] / grid.side
-    cell = cells_of(grid, np.floor(home.x * part), np.floor(home.y * part))
-    guest.cell[number] = cell
-    which, _, rank = _queued(cell)
-    number, cell = number[which], cell[which]
-    first = rank == 0
-    guest.next[number] = np.where(first, NOBODY, number[np.maximum(np.arange(len(number)) - 1, 0)])
-    last = np.append(first[1:], True)
-    guest.prev[number] = np.where(last, NOBODY, np.append(number[1:], 0))
-    s.hosts[cell] = number  # of several in a cell, the last
-
-
-def _queued(cell: Any) -> tuple[Any, Any, Any]:
-    """Returns the bodies in cells, sorted by cell, the one before each, and their number in its cell."""
-    order = np.argsort(cell, kind="stable")
-    sorted_cells, where = cell[order], np.arange(len(order))
-    begins = np.append(True, sorted_cells[1:] != sorted_cells[:-1])[: len(order)]
-    rank = where - np.maximum.accumulate(np.where(begins, where, 0))
-    return order, np.roll(order, 1), rank

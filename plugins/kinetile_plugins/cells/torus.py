@@ -9,8 +9,7 @@ Nine cells are around a cell, three where there is one column or one row. Up to 
 adjacent to each other, and a crossing between them would bring no newcomers: then there is one, which no
 body leaves. (In a long, thin torus a body goes round the short axis thousands of times between two contacts.)
 
-An axis that is not periodic has a column more than the arena, as in ``layout.py``, and the ends are not
-adjacent.
+An axis that is not periodic has a column more than the arena, as in ``layout.py``: its ends are apart.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ def useful(cells: int) -> int:
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Puts every body into its present cell; cells are as wide as the periods and the skin need."""
+    """Finds every body's present cell; cells are as wide as the periods and the skin need."""
     grid, torus = s.levels[0], k.clock[0].torus
     least = float(layout.least_side(grid.widest, k.clock[0].limits.skin)) * layout.ABOVE
     wanted = max(float(grid.side), least)
@@ -64,5 +63,4 @@ def arrange(k: Kernel, s: State) -> None:
     homes, images, places = s.homes[: len(k.bodies)], k.images[: len(k.bodies)], positions_now(k)
     homes.x = np.floor(places[:, 0] / grid.side) + images.kx * float(grid.columns)
     homes.y = np.floor(places[:, 1] / grid.height) + images.ky * float(grid.rows)
-    homes.cell = layout.cells_on_torus(grid, homes.x, homes.y)
-    layout.fill(s, homes)
+    layout.clear(s)

@@ -8,14 +8,7 @@ from typing import Any
 
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
 from kinetile.toolbox.ticks import FAR
-from kinetile_plugins.cells.layout import (
-    BLOCK,
-    State,
-    list_around,
-    list_around_on_torus,
-    move_out,
-    moves,
-)
+from kinetile_plugins.cells.layout import BLOCK, State, list_around, list_around_on_torus, move_out, moves
 
 FETCHED = 2
 """Bodies of a cell that are prefetched, there or not: to read how many would be a branch that is as good as
@@ -32,7 +25,7 @@ def edge(grid: Records, side: float, cell: float, speed: float) -> float:
 def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     """Returns ``watch``, ``build``, ``near``, ``repair`` and ``enter``; where an axis is periodic homes are
     unwrapped, and no body leaves the only column or row (``torus.py``)."""
-    list_ahead, come_home, go_over = moves(periodic)
+    list_ahead, settle, come_home, go_over = moves(periodic)
     around = list_around_on_torus if periodic else list_around
 
     @unchecked
@@ -42,8 +35,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
 
         Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
         from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
-        branch that depends on one is predicted wrongly half of the time: all of it is computed, and then
-        chosen.
+        branch on one is mispredicted half of the time: all is computed, and then chosen.
         """
         plan = k.bodies[body]
         home = s.homes[body]
@@ -72,8 +64,9 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Watches every body; ``arrange`` has put them into their cells."""
+        """Puts every body into its cell, which ``arrange`` has found, and watches it."""
         for body in range(k.clock[0].bodies):
+            settle(s, body)
             watch(k, s, body)
 
     @unchecked

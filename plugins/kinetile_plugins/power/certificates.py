@@ -1,5 +1,4 @@
-"""Certificates of the edges: when the triangulation stops to be regular, and for which of them a body is
-queued.
+"""Certificates of the edges: when the triangulation stops to be regular.
 
 An edge ab with c on its left and d on its right has one certificate: the lifted d is less than theta below
 the plane of a, b and c (docs/cells.md). Twice the area of the triangle times that depth is a determinant of
@@ -10,8 +9,7 @@ A certificate need not be computed to its root. ``first_rise`` gives a lower bou
 that is less than half of theta below is watched again, and else the edge flips (``events``).
 
 An edge is watched for the body that *owns* it: its end with the smaller number, hence never a far point. Its
-tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``. So what a body owns is
-read in one turn around it.
+tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``.
 """
 
 from __future__ import annotations

@@ -52,8 +52,7 @@ def replan(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def locate(k: Kernel, s: State, body: int) -> int:
-    """Returns the triangle in which a body's centre is: by a walk that takes one of two ways by chance, so
-    that it cannot go round and round."""
+    """Returns the triangle of a body's centre: by a walk that is random between two ways, so that it ends."""
     x = spot(k, s, body)
     t = int(s.first[slots(s)]) >> 2
     for step in range(len(s.org)):

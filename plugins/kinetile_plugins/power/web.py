@@ -3,8 +3,7 @@
 Its vertices are the *sites*: the bodies, by their slots, and behind them four points that do not move, far
 outside of the arena, whose square is the hull. A triangle has three half-edges, from site to site with the
 triangle on the left. That of triangle t are 4t, 4t + 1 and 4t + 2, and the place 4t + 3 is not used. The
-half-edge on the other side of an edge is its twin; those of the hull have none. So there are 2n + 2
-triangles, whatever happens.
+half-edge on the other side of an edge is its twin; those of the hull have none. There are 2n + 2 triangles.
 """
 
 from __future__ import annotations

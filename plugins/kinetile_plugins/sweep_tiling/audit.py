@@ -40,18 +40,20 @@ CELLS = 1 << 20
 
 
 class AllTiles(NamedTuple):
-    """All 3n + 1 tiles, in the order of their left ports; on a cylinder 3n."""
+    """All tiles of m bodies, 3m + 1 in the order of their left ports; on a cylinder 3m."""
 
     left: Integers  # left ports
     right: Integers  # what they are linked to
     top: Integers  # bodies above and below, as the left bounds know them
     bottom: Integers
     away: Floats  # the periods from the left bound to the right one, by the places in their bodies' plans
+    there: Integers  # (m,) the bodies
+    slots: int  # as the edges are numbered
 
     def name(self, tile: Any) -> str:
         """Returns a tile in words."""
-        n = len(self.left) // 3
-        return f"the tile {_port(int(self.left[tile]), n)} - {_port(int(self.right[tile]), n)}"
+        left, right = (_port(int(ports[tile]), self.slots) for ports in (self.left, self.right))
+        return f"the tile {left} - {right}"
 
 
 def _port(p: int, n: int) -> str:
@@ -74,30 +76,19 @@ def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
 def tiles_of(k: Kernel, s: State) -> AllTiles:
     """Returns all tiles; that of the left edge is the last."""
     n = len(s.level)
-    web = s.web.astype(np.int64)
-    own = 16 * np.arange(n)[:, None] + np.array([UPPER, LOWER, 8 + OUTER])
+    web, there = s.web.astype(np.int64), np.flatnonzero(k.queue.number >= 0)
+    own = 16 * there[:, None] + np.array([UPPER, LOWER, 8 + OUTER])
     if not len(s.turns):
         left = np.append(own.ravel(), 16 * n + 8 + OUTER)
-        return AllTiles(left, web[left], *_ends(web, left), np.zeros(len(left)))
+        return AllTiles(left, web[left], *_ends(web, left), np.zeros(len(left)), there, n)
     left = own.ravel()
     right, taken_off = web[left], np.append(k.images.kx[:n], np.zeros(len(s.due)))
     turns = s.turns[left] + taken_off[right >> 4] - taken_off[left >> 4]
-    return AllTiles(left, right, *_ends(web, left), turns * k.clock[0].torus.x)
+    return AllTiles(left, right, *_ends(web, left), turns * k.clock[0].torus.x, there, n)
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
     """Yields a sentence for each invariant that does not hold; O(n^2)."""
-    if int(k.clock[0].present) == len(s.level):
-        yield from _audit(k, s)
-        return
-    there = np.flatnonzero(k.queue.number >= 0)
-    slots = ", ".join(map(str, there.tolist()[:20]))
-    for sentence in _audit(*closed_up(k, s, there)):
-        yield f"{sentence} (bodies are counted here from 0 without empty slots: they are in {slots}, ...)"
-
-
-def _audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields the sentences where all slots are taken."""
     tiles = tiles_of(k, s)
     broken = list(_links(s, tiles))
     yield from broken
@@ -105,7 +96,7 @@ def _audit(k: Kernel, s: State) -> Iterator[str]:
         return  # the rest follows links
     yield from _pairs(k, s, tiles)
     if not len(s.turns):
-        yield from _sweep(s)
+        yield from _sweep(s, len(tiles.there))
     yield from _certificates(k, s, tiles)
     yield from _geometry(k, s, tiles)
 
@@ -115,17 +106,17 @@ def _links(s: State, tiles: AllTiles) -> Iterator[str]:
     n = len(s.level)
     web = s.web.astype(np.int64)
     left, right = tiles.left, tiles.right
-    port = (right >= 0) & (right < 16 * (n + 1)) & (right & 7 <= LOWER)
+    port = np.isin(right >> 4, tiles.there) & (right & 7 <= LOWER)
     port &= (right & 7 != OUTER) == (right & 8 != 0)
-    port &= (right < 16 * n) | (right == 16 * n) & (len(left) > 3 * n)
+    port |= (right == 16 * n) & (not len(s.turns))
     there = np.where(port, right, 16 * n)
     top, bottom = _ends(web, there)
     linked = port & (web[there] == left)
     for tile in np.flatnonzero(~linked):
         back = f"linked to {_port(int(web[there[tile]]), n)}" if port[tile] else "no right port"
         yield f"{tiles.name(tile)}: its right port is {back}"
-    known = (tiles.top >= 0) & (tiles.top <= n) & (tiles.bottom >= 0) & (tiles.bottom <= n + 1)
-    known &= (tiles.bottom != n) & (tiles.top != tiles.bottom)
+    known = np.isin(tiles.top, [*tiles.there, n]) & np.isin(tiles.bottom, [*tiles.there, n + 1])
+    known &= tiles.top != tiles.bottom
     for tile in np.flatnonzero(linked & ~(known & (top == tiles.top) & (bottom == tiles.bottom))):
         one, two = (int(tiles.top[tile]), int(tiles.bottom[tile])), (int(top[tile]), int(bottom[tile]))
         yield f"{tiles.name(tile)} lies between {one} from its left, {two} from its right"
@@ -141,19 +132,19 @@ def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     both = (tiles.top < n) & (tiles.bottom < n)
     top, bottom = tiles.top[both], tiles.bottom[both]
     wanted = set(zip(np.append(top, bottom).tolist(), np.append(bottom, top).tolist(), strict=True))
-    named = {(body, other) for body in range(n) for other in k.near[: near(k, s, body)].tolist()}
+    bodies = tiles.there.tolist()
+    named = {(body, other) for body in bodies for other in k.near[: near(k, s, body)].tolist()}
     for body, other in sorted(wanted - named):
         yield f"bodies {body} and {other} bound a tile, and {other} is not named as near {body}"
     for body, other in sorted(named - wanted):
         yield f"body {other} is named as near {body}, and they bound no tile"
 
 
-def _sweep(s: State) -> Iterator[str]:
+def _sweep(s: State, bodies: int) -> Iterator[str]:
     """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
 
     A bound is swept when all tiles that end at it have begun, so no coordinate is read. What the sweep line
-    crosses is in two lists (the body above, the body below) with the open left port of each gap, as in
-    ``construction``.
+    crosses is in two lists (the body above, the body below) with the open left port of each gap.
     """
     n = len(s.level)
     web = s.web.tolist()
@@ -196,20 +187,18 @@ def _sweep(s: State) -> Iterator[str]:
             begun[right] += 1
             if begun[right] == (2 if right & 1 else 1):
                 ready.append(right)
-    if swept != 2 * n:
-        yield f"the sweep comes to {swept} of {2 * n} bounds: the tiles lie in a circle"
-    elif n and (above[n + 1] != n or opened[n + 1] != web[16 * n + OUTER]):
+    if swept != 2 * bodies:
+        yield f"the sweep comes to {swept} of {2 * bodies} bounds: the tiles lie in a circle"
+    elif bodies and (above[n + 1] != n or opened[n + 1] != web[16 * n + OUTER]):
         yield "the sweep does not end with one open tile at the right edge"
 
 
 def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """Every tile is watched for the tick at which it fails by the plans of its bodies, and its owner is
     queued for its first."""
-    n = len(s.level)
-    if n == 0:
-        return
+    there = tiles.there
     now = int(k.clock[0].now)
-    left = tiles.left[: 3 * n]
+    left = tiles.left[: 3 * len(there)]
     owner, slot = left >> 4, left & 3
     due = s.due[4 * owner + slot]
     wanted, flips = _failures(k, s, tiles)
@@ -222,17 +211,16 @@ def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     for tile in np.flatnonzero(flip != flips):
         kind = "order" if flips[tile] else "width"
         yield f"{tiles.name(tile)} fails by its {kind}, but is watched otherwise"
-    first = s.due[: 4 * n].reshape(n, 4).min(axis=1)
-    queued = np.asarray(k.queue.own)
-    for body in np.flatnonzero(queued != first):
+    first, queued = s.due.reshape(-1, 4).min(axis=1), np.asarray(k.queue.own)
+    for body in there[queued[there] != first[there]]:
         yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"
 
 
 def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArray[np.bool_]]:
     """Returns when each tile but the first fails by the present plans, and whether by its vertical order."""
-    n, clock, bodies = len(s.level), k.clock[0], k.bodies
-    p, q, away = tiles.left[: 3 * n], tiles.right[: 3 * n], tiles.away[: 3 * n]
-    fails = (q >> 4 != n) & (q >> 4 != p >> 4)
+    clock, bodies, own = k.clock[0], k.bodies, slice(3 * len(tiles.there))
+    p, q, away = tiles.left[own], tiles.right[own], tiles.away[own]
+    fails = (q >> 4 != tiles.slots) & (q >> 4 != p >> 4)
     a, b = p >> 4, np.where(fails, q >> 4, p >> 4)
     since = np.maximum(bodies.anchor[a], bodies.anchor[b])
     a_place, b_place = (
@@ -257,7 +245,7 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
 
 def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """Tiles are no narrower than nothing, and the gaps between the bodies on every vertical line."""
-    clock, n = k.clock[0], len(s.level)
+    clock = k.clock[0]
     pending = s.due[4 * (tiles.left >> 4) + (tiles.left & 3)] <= clock.now
     flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
     place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
@@ -270,41 +258,31 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
     thin = (8.0 if pending.any() else 4.0) * float(clock.limits.skin)
-    yield from _lines(tiles, left, right, west[:n], east[:n], place[:, 1], thin, float(clock.torus.x))
-
-
-def _lines(
-    tiles: AllTiles,
-    left: Floats,
-    right: Floats,
-    west: Floats,
-    east: Floats,
-    level: Floats,
-    thin: float,
-    period: float,
-) -> Iterator[str]:
-    """On every vertical line the tiles that it crosses are the gaps between the bodies that it crosses."""
-    n = len(level)
+    # On a vertical line the tiles that it crosses are the gaps between the bodies that it crosses (I8).
+    level, period = place[:, 1], float(clock.torus.x)
+    n, there = tiles.slots, tiles.there
+    west, east = west[there], east[there]
     edges = np.concatenate([west, east])
     edges = np.sort(np.append(edges % period, edges % period + period) if period else edges)
     lines = 0.5 * (edges[1:] + edges[:-1])[np.diff(edges) > thin]
-    upward = np.argsort(level)
+    upward = there[np.argsort(level[there])]
     rows = max(CELLS // (3 * n + 1), 1)
     for first in range(0, len(lines), rows):
         line = lines[first : first + rows, None]
-        crossed = _between(west, line, east, period)
+        crossed = np.ones((len(line), n + 2), dtype=bool)  # of edges and bodies
+        crossed[:, there] = _between(west, line, east, period)
         rank = np.zeros((len(line), n + 2), dtype=np.int64)  # from bottom to top; BOTTOM has 0
         rank[:, upward] = np.cumsum(crossed[:, upward], axis=1)
-        rank[:, n] = crossed.sum(axis=1) + 1
+        rank[:, n] = crossed[:, there].sum(axis=1) + 1
         over = _between(left, line, right, period)
-        crossed = np.append(crossed, np.ones((len(line), 2), dtype=bool), axis=1)
         good = crossed[:, tiles.top] & crossed[:, tiles.bottom]
         good &= rank[:, tiles.top] == rank[:, tiles.bottom] + 1
         for row, tile in np.argwhere(over & ~good):
             ends = f"body {tiles.top[tile]} and body {tiles.bottom[tile]}"
             yield f"{tiles.name(tile)} at x = {line[row, 0]} is not the gap between {ends}"
-        gaps = np.sort(np.where(over, rank[:, tiles.bottom], n + 1), axis=1)[:, : n + 1]
-        wanted = np.where(np.arange(n + 1) < rank[:, n, None], np.arange(n + 1), n + 1)
+        gap = np.arange(len(there) + 1)
+        gaps = np.sort(np.where(over, rank[:, tiles.bottom], n + 1), axis=1)[:, : len(gap)]
+        wanted = np.where(gap < rank[:, n, None], gap, n + 1)
         for row in np.flatnonzero((gaps != wanted).any(axis=1)):
             yield f"at x = {line[row, 0]} a gap between two bodies has no tile, or two"
 
@@ -314,29 +292,3 @@ def _between(left: Floats, line: Floats, right: Floats, period: float) -> npt.ND
     if period:
         line = left + (line - left) % period
     return (left < line) & (line < right)
-
-
-def closed_up(k: Kernel, s: State, there: Any) -> tuple[Kernel, State]:
-    """Returns tables and web of the bodies in these slots alone, counted from 0: the rest of the audit need
-    not know of empty slots. A place that names an empty slot then names a body that does not exist, and
-    the audit finds it."""
-    n, m = len(s.level), len(there)
-    body = np.full(n + 2, m + 2, dtype=np.int64)
-    body[there] = np.arange(m)
-    body[n], body[n + 1] = m, m + 1
-    web = s.web.astype(np.int64).reshape(n + 1, 16)[np.append(there, n)]
-    ends = [bound + ENDS + side for bound in (0, 8) for side in (UPPER, LOWER)]
-    links = [bound + side for bound in (0, 8) for side in (OUTER, UPPER, LOWER)]
-    web[:, ends] = body[np.minimum(web[:, ends], n + 1)]
-    port = web[:, links]
-    web[:, links] = body[np.minimum(port >> 4, n + 1)] << 4 | port & 15
-    due = s.due.reshape(n + 1, 4)[np.append(there, n)]
-    bodies, queue, clock = k.bodies[there], k.queue[there], k.clock.copy()
-    clock[0].bodies = m
-    turns = s.turns.reshape(-1, 16)[np.append(there, n)].ravel() if len(s.turns) else s.turns
-    images = k.images[there] if len(k.images) else k.images
-    packed = s._replace(web=web.ravel().astype(np.uint32), due=due.ravel(), turns=turns)
-    return (
-        k._replace(bodies=bodies, queue=queue, clock=clock, images=images, near=np.zeros_like(k.near)),
-        packed._replace(level=np.zeros(m, dtype=np.int32)),
-    )

@@ -4,8 +4,7 @@ A tile fails by its width, or, as a corner, by its vertical order. Eight tiles a
 computed from the flight plans, at the later of the two anchors, as ``falls`` expects it: no tick depends on
 which tiles are computed together.
 
-A body owns the three tiles at its left ports. It has one certificate in the queue, for the first of them to
-fail.
+A body owns the three tiles at its left ports, and is in the queue for the first of them to fail.
 """
 
 from __future__ import annotations
@@ -139,21 +138,6 @@ def swapped(one: Sides) -> Sides:
 
 
 @hook
-def chosen(where: Truths, yes: Sides, no: Sides) -> Sides:
-    """Returns ``yes`` in the lanes where it is true, else ``no``."""
-    return Sides(
-        choose(where, yes.port, no.port),
-        choose(where, yes.body, no.body),
-        choose(where, yes.x, no.x),
-        choose(where, yes.y, no.y),
-        choose(where, yes.vx, no.vx),
-        choose(where, yes.vy, no.vy),
-        choose(where, yes.anchor, no.anchor),
-        choose(where, yes.edge, no.edge),
-    )
-
-
-@hook
 def periods(k: Kernel, s: State, p: int, q: int) -> int:
     """Returns through how many periods a tile leads, between the places in the plans at its two sides."""
     return int(turns_to(s, p) + k.images[some_body(k, q)].kx - k.images[some_body(k, p)].kx)
@@ -245,14 +229,13 @@ def watch_around(k: Kernel, s: State, body: int) -> None:
     first = facing(s, before)
     second = facing(s, over_it)
     third = facing(s, under_it)
-    own = sides(k, outer, upper, lower, lower, before, over_it, under_it, under_it)
     fourth = facing(s, outer)
     fifth = facing(s, upper)
     sixth = facing(s, lower)
-    far = sides(k, fourth, fifth, sixth, sixth, first, second, third, third)
-    mine = eight(1, 1, 1, 0, 0, 0, 0, 0) > spread_whole(0)
+    left = sides(k, outer, upper, lower, lower, first, second, third, third)
+    right = sides(k, fourth, fifth, sixth, sixth, before, over_it, under_it, under_it)
     wanted = eight(1, 1, 1, 0, 1, 1, 1, 0) > spread_whole(0)
-    tick, by_order = failures(k, s, chosen(mine, own, far), chosen(mine, far, own), wanted)
+    tick, by_order = failures(k, s, left, right, wanted)
     set_due(s, outer, lane(tick, 0), lane(by_order, 0))
     set_due(s, upper, lane(tick, 1), lane(by_order, 1))
     set_due(s, lower, lane(tick, 2), lane(by_order, 2))

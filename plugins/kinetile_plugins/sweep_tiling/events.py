@@ -109,8 +109,7 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
 
 @hook
 def meeting(k: Kernel, s: State, a: int, b: int) -> Change:
-    """Tile a.OUTER - b.OUTER of an R and an L collapses: the bodies come to stand over each other (thesis,
-    figure 14)."""
+    """Tile a.OUTER - b.OUTER of an R and an L collapses: the bodies come over each other (figure 14)."""
     tiles = join(s, a, b, LOWER if is_above(k, s, body_of(a), body_of(b)) else UPPER)
     return Change(tiles, Pair(body_of(a), body_of(b)))
 

@@ -13,8 +13,7 @@ edge is an L bound without one. A port is known by the place that holds its link
 place, that of its port OUTER. The two bounds of a body share a cache line. Only the hooks below use these
 numbers: the rules are about bodies, bounds, ports, ends and tiles, and a tile is known by its left port.
 
-On a cylinder a link has the number of its periods, counted between unwrapped places. Without a body there is
-no tile.
+On a cylinder a link has the number of its periods, between unwrapped places; without a body there is no tile.
 """
 
 from __future__ import annotations
@@ -252,8 +251,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetches a body's bounds; then the plans and bounds of those to which its tiles and ends lead; then
-    their entries in the queue."""
+    """Prefetches a body's bounds; then plans and bounds of those in sight; then their queue entries."""
     first = port(left_bound(body), OUTER)
     if stage == 0:
         prefetch(s.web, first)

@@ -16,6 +16,12 @@ def simulation_of(radii, positions):
     return SimpleNamespace(bodies=np.arange(len(positions)), positions=lambda: positions, radii=lambda: radii)
 
 
+def in_a_box(periodic):
+    periods = tuple(side * (axis in periodic) for side, axis in zip((3.0, 2.0), "xy", strict=True))
+    given = {"periodic": periodic, "periods": periods, "radius": np.zeros(1), "shapes": ()}
+    return SimpleNamespace(arena=(3.0, 2.0), **given)
+
+
 def test_a_free_body_moves_as_the_square_of_time():
     sim = kt.Simulation(kt.Scene([(0.0, 0.0)], [(3.0, 4.0)], 1.0, 2.0), "naive")
     sim.run(1.0, observe=["msd:every=0.125,lags=4", "vacf:every=0.125,lags=20", "energy", "momentum"])
@@ -93,7 +99,7 @@ def brute(scene, positions, within):
 @pytest.mark.parametrize("periodic", ["", "x", "y", "xy"])
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 50, 51])
 def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
-    scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic)
+    scene = in_a_box(periodic)
     positions = np.random.default_rng(n).random((n, 2)) * scene.arena
     for within in (0.1, 0.5, 1.0):
         found = [
@@ -106,7 +112,7 @@ def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
 
 @pytest.mark.parametrize("periodic", first(2, ["", "xy", "x", "y"]))
 def test_g_of_points_at_random_places_is_1(periodic):
-    scene = SimpleNamespace(arena=(3.0, 2.0), periodic=periodic, radius=np.zeros(1), shapes=())
+    scene = in_a_box(periodic)
     correlation = PairCorrelation(bins=5, to=1.0)
     correlation.prepare(scene)
     places, found = np.random.default_rng(3), []

@@ -129,7 +129,7 @@ def test_near_names_the_bodies_in_sight_and_no_others(steps, monkeypatch, named,
 def test_the_sweep_needs_the_ends(steps, bound, words):
     """Ends alone, which the links do not show to be wrong: found by the sweep itself."""
     steps.state.web[port(1, bound, 0) + OTHER_SIDE + LOWER] = 3
-    (found,) = _sweep(steps.state)
+    (found,) = _sweep(steps.state, 5)
     assert found.startswith(f"the sweep comes to {bound}(1)")
     assert words in found
 
@@ -139,5 +139,5 @@ def test_the_sweep_needs_the_links(steps):
     one, two = int(web[port(1, "L", UPPER)]), int(web[port(2, "L", UPPER)])
     join(steps, port(1, "L", UPPER), two)
     join(steps, port(2, "L", UPPER), one)
-    found, *_ = _sweep(steps.state)
+    found, *_ = _sweep(steps.state, 5)
     assert found.endswith("where other tiles end than are linked to it") or "circle" in found

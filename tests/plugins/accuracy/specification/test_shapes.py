@@ -40,6 +40,6 @@ def test_sizes_are_those_of_the_vectors() -> None:
 
 def test_what_does_not_close_is_no_face_of_sharp_bodies() -> None:
     m = rules.Difference(kt.box(1.0, 1.0), kt.box(1.0, 1.0))
-    assert rules.normal(m, (1.0 + 2.0**-52, 1.0), (1.0, -1.0)) == (0.0, 1.0)
-    assert rules.normal(m, (1.0, 1.0), (-1.0, -1.0)) == (1.0, 0.0)
-    assert rules.normal(m, (1.0, 1.0), (0.0, 0.0)) == (1.0, 0.0)
+    assert rules.normal_and_face(m, (1.0 + 2.0**-52, 1.0), (1.0, -1.0))[0] == (0.0, 1.0)
+    assert rules.normal_and_face(m, (1.0, 1.0), (-1.0, -1.0))[0] == (1.0, 0.0)
+    assert rules.normal_and_face(m, (1.0, 1.0), (0.0, 0.0))[0] == (1.0, 0.0)
