@@ -105,7 +105,14 @@ def test_keys_do_what_they_say(browser, saved):
     assert browser.said() == []
 
 
-PULLED = {"traffic": 8.0, "robots": 8.0, "pinball": 30.0, "galton": 10.0, "sedimentation": 40.0}
+PULLED = {
+    "traffic": 8.0,
+    "robots": 8.0,
+    "pinball": 30.0,
+    "galton": 10.0,
+    "sedimentation": 40.0,
+    "hopper": 12.0,
+}
 """Scenes of docs/scenes with accelerations, and until when they are played."""
 
 
