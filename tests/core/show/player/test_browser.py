@@ -111,7 +111,7 @@ PULLED = {
     "pinball": 30.0,
     "galton": 10.0,
     "sedimentation": 40.0,
-    "hopper": 12.0,
+    "hopper": 3.0,
 }
 """Scenes of docs/scenes with accelerations, and until when they are played."""
 
