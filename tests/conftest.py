@@ -102,7 +102,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     for mark in item.iter_markers("needs"):
         program(*mark.args)
     global _shares_loops
-    own = any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop"))
+    own = any(item.get_closest_marker(name) for name in ("slow", "small", "own_loop", "page"))
     _shares_loops = not own and not _is_below(item.path, OF_INSTRUMENTS)
 
 
