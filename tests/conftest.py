@@ -49,8 +49,9 @@ IN_PLAIN_HOOKS = (
     "core/show/",
     "core/test_comparison.py",
     "plugins/",
+    "test_figures.py",
 )
-"""Folders, and a file, whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
+"""Folders and files whose tests are small unless they are marked ``compiled`` or ``own_loop``."""
 
 OF_PAGES = ("core/show/player/",)
 """Folders whose tests open pages in a browser, or run their script under node: lane ``page``."""

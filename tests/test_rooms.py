@@ -22,6 +22,7 @@ CONTACTS = {"sinai": 61, "stadium": 28, "maze": 64, "brick-breaker": 50} | {
     "pinball": 64,
     "galton": 64,
     "sedimentation": 64,
+    "hopper": 64,
 }
 """Of the whole run, or 64."""
 
