@@ -34,7 +34,7 @@ def compressibility(bodies: int, density: float, warm: float, time: float) -> Es
     ("bodies", "density", "time", "wanted", "error"),
     [
         (72, 0.65, 25_000.0, 6.901074, 3e-3),
-        (72, 0.67, 150_000.0, 7.85637, 3e-3),
+        pytest.param(72, 0.67, 150_000.0, 7.85637, 3e-3, marks=pytest.mark.long),
         (870, 0.67, 3_000.0, 7.986779, 5e-3),
     ],
 )
