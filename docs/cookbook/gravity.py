@@ -160,7 +160,11 @@ def pinball_for_long() -> None:
     pinball(200_000.0)
 
 
-def silo(slot: float, bodies: int, width: float = 20.0, fall: float = 70.0, seed: int = 0) -> kt.Scene:
+FALL = 70.0
+"""How high the floor with the slot is above the other one: all discs have room below."""
+
+
+def silo(slot: float, bodies: int, width: float = 20.0, fall: float = FALL, seed: int = 0) -> kt.Scene:
     """Return discs of five sizes about 1 in layers over a floor with a slot in its middle, far above another
     floor. Each contact takes half of their speed; they come to rest on floors, and press on each other."""
     rng = np.random.default_rng(seed)
@@ -197,7 +201,7 @@ def hopper(bodies: int = 1000) -> None:
             sim, below = kt.Simulation(silo(slot, bodies, seed=seed), keep_contacts=False), [0]
             while below[-1] <= 0.75 * bodies:
                 sim.run(sim.time + 0.5)
-                below.append(int((sim.positions()[:bodies, 1] < 68.0).sum()))
+                below.append(int((sim.positions()[:bodies, 1] < FALL - 2.0).sum()))
             some = [count for count in below if count > 0.25 * bodies]
             found.append((some[-2] - some[0]) / (len(some) - 2) * 2)
         rates.append(np.mean(found))

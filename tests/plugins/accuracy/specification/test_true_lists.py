@@ -40,7 +40,7 @@ def test_lists_of_recipes_are_right(name):
 
 @pytest.mark.small
 @pytest.mark.parametrize("each", first(2, COMPARING), ids=lambda each: each.name)
-@pytest.mark.parametrize("examples", [1, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("examples", first(1, [1, 40], many=0))
 def test_lists_of_scenes_of_the_kit_are_right(each, examples):
     drawing = Drawing(examples, seed=examples)
     assert all(is_certified(scene, horizon(scene), 60) for scene in drawing.scenes(each))
