@@ -3,6 +3,7 @@
 import re
 import shlex
 import struct
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -36,33 +37,39 @@ def diagrams() -> list[str]:
     return re.findall(r'^    "([\w-]+\.svg)": \w+,$', script, re.MULTILINE)
 
 
-PICTURES = [f"{folder}/{name_of(command)}" for folder in FOLDERS for command in commands(folder)]
+PICTURES = [
+    pytest.param(folder, name_of(command), marks=[pytest.mark.slow] if folder == "thesis" else [])
+    for folder in FOLDERS
+    for command in commands(folder)
+]
+
+
+@cache
+def drawn(folder: str, here: Path) -> Path:
+    """Return a folder in which a script has drawn: all in one process, interpreted."""
+    examples = ("docs/examples/kinetile-thesis", "tests/foreign/kinetile-stripes")
+    paths = [path for each in examples for path in install(ROOT / each, here / "site")]
+    place = here / folder
+    place.mkdir()
+    for scene in (ROOT / "docs" / folder).glob("*.toml"):
+        (place / scene.name).write_bytes(scene.read_bytes())
+    script = ROOT / "docs" / folder / "draw.sh"
+    paths = [*paths, str(ROOT / "tests")]
+    done = run("commands", script, folder=place, paths=paths, module="thesis_runs")
+    assert done.returncode == 0, done.stderr
+    return place
 
 
 @pytest.fixture(scope="module")
-def drawn(tmp_path_factory):
-    """A folder in which each script has drawn, in a folder of its name: all in one process, interpreted."""
-    here = tmp_path_factory.mktemp("drawn")
-    examples = ("docs/examples/kinetile-thesis", "tests/foreign/kinetile-stripes")
-    paths = [path for each in examples for path in install(ROOT / each, here / "site")]
-    for folder in FOLDERS:
-        place = here / folder
-        place.mkdir()
-        for scene in (ROOT / "docs" / folder).glob("*.toml"):
-            (place / scene.name).write_bytes(scene.read_bytes())
-        script = ROOT / "docs" / folder / "draw.sh"
-        done = run(
-            "commands", script, folder=place, paths=[*paths, str(ROOT / "tests")], module="thesis_runs"
-        )
-        assert done.returncode == 0, done.stderr
-    return here
+def here(tmp_path_factory):
+    return tmp_path_factory.mktemp("drawn")
 
 
-@pytest.mark.parametrize("name", PICTURES)
-def test_a_picture_is_what_its_command_draws(name, drawn):
-    committed = (ROOT / "docs" / name).read_bytes()
-    again = f"cd docs/{name.partition('/')[0]}; sh draw.sh"
-    assert (drawn / name).read_bytes() == committed, f"docs/{name} is not what its command draws: {again}"
+@pytest.mark.parametrize(("folder", "name"), PICTURES)
+def test_a_picture_is_what_its_command_draws(folder, name, here):
+    committed = (ROOT / "docs" / folder / name).read_bytes()
+    found = (drawn(folder, here) / name).read_bytes()
+    assert found == committed, f"{name} is not what its command draws: cd docs/{folder}; sh draw.sh"
     assert len(committed) < MOST
 
 

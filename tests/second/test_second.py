@@ -44,7 +44,7 @@ HALF_BACK = {
 
 
 @pytest.mark.skipif(not VECTORS.is_dir(), reason="there are no vectors beside this folder")
-@pytest.mark.parametrize("one_in", first(1, [30, 1]))
+@pytest.mark.parametrize("one_in", first(1, [100, 1]))
 def test_the_vectors_hold(one_in: int, tmp_path: Path) -> None:
     folder = shutil.copytree(VECTORS, tmp_path / "vectors")
     for file in folder.rglob("*.json"):

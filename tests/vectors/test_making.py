@@ -4,7 +4,15 @@ import pytest
 
 from vectors.make import HERE, KEPT, made, names
 
-LARGE = ("shapes.json", "runs/gases.json", "runs/lattices.json", "runs/turns.json", "shape_walls.json")
+LARGE = (
+    "rules/rest.json",
+    "runs/falling.json",
+    "runs/gases.json",
+    "runs/lattices.json",
+    "runs/turns.json",
+    "shape_walls.json",
+    "shapes.json",
+)
 NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in names()]
 
 

@@ -315,8 +315,10 @@ def _entry_points(group: str) -> Iterator[Installed]:
             if f"[{group}]" not in (distribution.read_text("entry_points.txt") or ""):
                 continue
             found = [("entry_points.txt", partial(_refuse, error))]
+        if not found:
+            continue
         name = distribution.name or "unknown"  # None where the metadata is damaged
-        if found and _folded(name) not in seen:
+        if _folded(name) not in seen:
             seen.add(_folded(name))
             for entry_point, load in found:
                 yield Installed(f"{name}:{entry_point}", name, distribution.version, load)

@@ -67,7 +67,7 @@ def test_rows_are_those_of_simulations_in_the_order_of_the_tasks(done):
 def test_what_is_there_is_not_done_again_and_what_is_added_is(tmp_path):
     _, first = run(TABLES, tmp_path)
     _, second = run(TABLES, tmp_path)
-    _, third = run({**TABLES, "phases": ["naive", "cells", "sap-1d"]}, tmp_path)
+    _, third = run({**TABLES, "phases": ["naive", "cells", "cells:side=0.5"]}, tmp_path)
     study, fourth = run({**TABLES, "seeds": [1]}, tmp_path)
     assert [each.ran for each in (first, second, third, fourth)] == [8, 0, 4, 0]
     assert (fourth.total, fourth.others) == (4, 8)

@@ -21,6 +21,8 @@ from functools import cache, wraps
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast
 
+import numpy as np
+
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
 INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -149,8 +151,9 @@ def with_field(field: str, other: F) -> Callable[[F], F]:
     def decorated(usual: F) -> F:
         @wraps(python_of(usual))
         def chosen(row: Any, *rest: Any) -> Any:
-            names = cast(Any, row)._fields if isinstance(row, tuple) else row.dtype.names
-            return (other if field in names else usual)(row, *rest)
+            kind = type(row)  # that of a named tuple, or of a quick row, has its fields
+            there = field in row.dtype.names if kind in (np.record, np.void) else hasattr(kind, field)
+            return (other if there else usual)(row, *rest)
 
         if INTERPRETED:
             return cast(F, chosen)
