@@ -61,7 +61,8 @@ def test_every_mutant_can_be_made_of_the_present_source() -> None:
         for file, text in mutant.sources():
             if file in changed:
                 assert text != mutants.FILES[file].read_text(encoding="utf-8"), mutant.name
-                ast.parse(text)
+                if lanes.slow_ones:
+                    ast.parse(text)
 
 
 FIELD = re.compile(r"\bk\.(\w+)\[[^][]*\]\.(\w+)")

@@ -421,6 +421,7 @@ def test_runs_of_one_scene_to_two_ends_were_averaged():
     assert [(each["scene"]["until"], each["mean"]) for each in found["groups"]] == [(1.0, 0.0), (2.0, 1.0)]
 
 
+@pytest.mark.small
 def test_rows_have_the_names_that_the_study_has_today(tmp_path):
     """A phase whose options had been written in another way was a KeyError of ``table``."""
     once = {**TABLES, "phases": ["sap-1d: axis=y"], "seeds": 1, "contacts": 3}

@@ -25,7 +25,7 @@ def test_random_scenes_are_tiled_as_by_brute_force(block):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize(("bodies", "ratio"), [(200, 1.0), (200, 30.0), (300, 1000.0)])
+@pytest.mark.parametrize(("bodies", "ratio"), first(1, [(200, 30.0), (200, 1.0), (300, 1000.0)]))
 def test_larger_scenes_are_tiled_as_by_brute_force(bodies, ratio):
     steps = built(kt.make_scene("random", bodies=bodies, density=0.3, radius_ratio=ratio, seed=bodies))
     assert tiling_of(steps.state) == steps.by_force()

@@ -36,7 +36,8 @@ def rates(phase: str, density: float, bodies: int, until: float) -> tuple[float,
     bound = collisions = 0
     for seed in range(1, 7):
         scene = kt.make_scene("grid", bodies=bodies, density=density, seed=seed)
-        sim = kt.Simulation(scene, phase, keep_contacts=False)
+        general = ["disc:general=true", "wall"]  # a loop that other tests have
+        sim = kt.Simulation(scene, phase, narrow_phases=general, keep_contacts=False)
         sim.run(until)
         bound += sim.readings.structural_events
         collisions += sim.readings.contacts_disc
@@ -57,10 +58,10 @@ def test_bound_events_are_those_of_another_implementation(density, bodies):
     assert_near(rates("sweep-tiling", density, bodies, 1.0)[0], density, bodies)
 
 
-# Small runs
+# Small runs, with plain hooks but for what is not run here
 
 PHASES = ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"]
-PART = {"seeds": 2, "until": 0.5, "seconds": 1e-6, "repeats": 3}
+PART = {"seeds": 2, "until": 0.2, "seconds": 1e-6, "repeats": 3}
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +70,7 @@ def small() -> ThesisBench:
     return found
 
 
+@pytest.mark.small
 def test_every_cell_is_measured(small):
     assert len(small.rows) == 3 * 2 * 2 * 2
     assert small.phases == ("naive", "sap-1d:axis=y", "sweep-tiling")
@@ -76,10 +78,11 @@ def test_every_cell_is_measured(small):
     assert [*small.of(ThesisScene(0.25, 9), "sweep-tiling")] == [1, 2]
     for cell in small.rows:
         assert len(cell.cpu_seconds) == 3
-        assert cell.cost == sorted(cell.cpu_seconds)[1] / 0.5
+        assert cell.cost == sorted(cell.cpu_seconds)[1] / PART["until"]
     assert small.identical
 
 
+@pytest.mark.small
 def test_the_counts_are_those_of_the_simulation(small):
     for cell in small.rows:
         name, _, option = cell.phase.partition(":")
@@ -87,7 +90,7 @@ def test_the_counts_are_those_of_the_simulation(small):
         sim = kt.Simulation(scene, name, options={"axis": "y"} if option else None)
         sim.build()
         built = sim.readings
-        sim.run(0.5)
+        sim.run(PART["until"])
         found, counts = sim.readings, cell.counts
         assert cell.fingerprint == found.fingerprint
         assert (counts["structural_events"], counts["events"]) == (found.structural_events, found.events)
@@ -98,6 +101,7 @@ def test_the_counts_are_those_of_the_simulation(small):
             assert counts["candidate_pairs"] == cell.bodies * (cell.bodies - 1) / 2
 
 
+@pytest.mark.small
 def test_the_phases_take_turns_in_every_round(monkeypatch):
     ran = []
     monkeypatch.setattr(bench_thesis_module, "_time", lambda scene, choice, *_: ran.append(choice[0]) or 1.0)
@@ -111,6 +115,7 @@ def no_run(small, monkeypatch):
     monkeypatch.setattr(bench_thesis_module, "bench_thesis", lambda *_, **__: iter([small]))
 
 
+@pytest.mark.small
 def test_thesis_prints_its_table_and_its_verdicts(no_run, small):
     result = kinetile("bench", "thesis", code=0)
     for expected in ("CPU milliseconds", "sap-1d:axis=y", "updates", "B11", "not measured"):
@@ -122,6 +127,7 @@ def test_thesis_prints_its_table_and_its_verdicts(no_run, small):
     assert (found["files"], found["identical"]) == ([], True)
 
 
+@pytest.mark.small
 def test_thesis_with_one_round_printed_an_infinite_unrest(monkeypatch):
     found = bench_of(as_the_thesis_says, rounds=1)
     monkeypatch.setattr(bench_thesis_module, "bench_thesis", lambda *_, **__: iter([found]))
@@ -152,6 +158,7 @@ def test_thesis_needs_matplotlib_for_its_figures_before_it_measures(tmp_path, mo
     assert "pip install 'kinetile[figures]'" in result.stderr
 
 
+@pytest.mark.small
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
 def test_thesis_prints_what_there_is_when_interrupted(small, monkeypatch):
     def interrupted(*_, **__):
