@@ -22,6 +22,9 @@ COMPILED = ("naive", "cells", "sap-1d", "sweep-tiling")
 ALIKE = COMPILED[:2]
 """The phases whose loops of bodies that are alike are shared, too."""
 
+SHARED = ("disc:general=true", "wall")
+"""Narrow phases with which discs that are alike run in the loops of all others, under each of COMPILED."""
+
 slow_ones = True
 """Whether this run may have slow tests: else they are not even collected. ``conftest.py`` sets it."""
 

@@ -13,7 +13,7 @@ import kinetile as kt
 from command_line import kinetile
 from kinetile.errors import Refused
 from kinetile_bench.events import DENSITIES
-from lanes import BUILT_IN, COMPILED, first
+from lanes import BUILT_IN, COMPILED, SHARED, first
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -56,8 +56,7 @@ def test_the_sample_run_is_what_the_command_prints():
 @pytest.mark.parametrize("phase", first(len(COMPILED), [*COMPILED, *sorted({*BUILT_IN} - {*COMPILED})]))
 def test_the_sample_run_has_the_same_fingerprint_under_every_phase(phase):
     (fingerprint,) = re.findall(r"^fingerprint +(\w+)$", COMMANDS, flags=re.MULTILINE)
-    narrow = ["disc:general=true", "wall"]  # loops that other tests have
-    sim = kt.Simulation(kt.make_scene("grid"), phase, narrow_phases=narrow, keep_contacts=False)
+    sim = kt.Simulation(kt.make_scene("grid"), phase, narrow_phases=SHARED, keep_contacts=False)
     sim.run(1.0)
     assert sim.fingerprint == fingerprint
 

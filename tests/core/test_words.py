@@ -7,6 +7,7 @@ import kinetile as kt
 from kinetile.errors import BadOption, SceneError
 from kinetile.scene.by_name import parse_parameters
 from kinetile.scene.files import loads_scene
+from lanes import SHARED
 
 SENTENCES = {
     "force": "is not modelled: bodies are moved by gravity, contacts and commands alone",
@@ -75,7 +76,7 @@ def test_an_attribute_error_of_a_property_stays_what_it_was(monkeypatch):
 
 
 def test_a_name_with_options_was_read_on_the_command_line_alone(tmp_path):
-    sim = kt.Simulation(SCENE, "sap-1d:axis=y", narrow_phases=["disc:general=true", "wall"])
+    sim = kt.Simulation(SCENE, "sap-1d:axis=y", narrow_phases=SHARED)
     assert (sim.broad_phase, sim.options, sim.narrow_phases) == ("sap-1d", {"axis": "y"}, ("disc", "wall"))
     assert kt.Simulation(SCENE, "sap-1d:axis=y", options={"axis": "x"}).options == {"axis": "x"}
     sim.save(tmp_path / "run")

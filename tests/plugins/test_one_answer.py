@@ -72,7 +72,7 @@ def test_a_sample_of_the_lattices(block):
 def test_lattices_do_have_exact_ties():
     tied = total = 0
     for seed in range(0, 200, 8):
-        sim = kt.Simulation(lattice_scene(seed), "sap-1d")
+        sim = kt.Simulation(lattice_scene(seed), "cells")
         sim.run(until=20.0, max_contacts=200)
         moments = sim.contacts["epoch"] * 2**52 + sim.contacts["tick"]
         tied += int((np.diff(moments) == 0).sum())

@@ -9,6 +9,7 @@ import kinetile as kt
 from agreement import assert_one_answer
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import INTERPRETED
+from lanes import SHARED
 from registering import registered
 
 
@@ -49,7 +50,7 @@ def test_tables_grow_without_the_user_noticing():
     velocity = rng.normal(size=(n, 2))
     scene = kt.Scene(position, velocity, 0.25, arena=(4.0, float(n)))
     assert_one_answer(scene, max_contacts=1000)
-    sim = kt.Simulation(scene, "sap-1d", narrow_phases=["disc:general=true", "wall"])
+    sim = kt.Simulation(scene, "sap-1d", narrow_phases=SHARED)
     sim.run(max_contacts=1000)
     assert sim.readings.pairs_max > 4 * n + 64
     assert len(sim.tables.pairs) >= sim.readings.pairs_max

@@ -15,7 +15,7 @@ from kinetile_bench import thesis as bench_thesis_module
 from kinetile_bench.events import DENSITIES
 from kinetile_bench.thesis import ThesisBench, ThesisScene, bench_thesis
 from kinetile_bench.thesis.figures import draw
-from lanes import first
+from lanes import SHARED, first
 from made_up_benchmarks import as_the_thesis_says, bench_of
 
 NUMBERS = (25, 100, 400)
@@ -36,8 +36,7 @@ def rates(phase: str, density: float, bodies: int, until: float) -> tuple[float,
     bound = collisions = 0
     for seed in range(1, 7):
         scene = kt.make_scene("grid", bodies=bodies, density=density, seed=seed)
-        general = ["disc:general=true", "wall"]  # a loop that other tests have
-        sim = kt.Simulation(scene, phase, narrow_phases=general, keep_contacts=False)
+        sim = kt.Simulation(scene, phase, narrow_phases=SHARED, keep_contacts=False)
         sim.run(until)
         bound += sim.readings.structural_events
         collisions += sim.readings.contacts_disc
