@@ -17,6 +17,7 @@ from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import BUDGET_SPENT
 from kinetile.kernel.tables import NEVER, STRUCTURAL
 from kinetile.run.engine.engine import UNLIMITED
+from lanes import SHARED
 
 OUTER, UPPER, LOWER = 0, 1, 2
 SCENES = Path(__file__).parent / "scenes"
@@ -105,7 +106,7 @@ class Steps:
     """
 
     def __init__(self, scene: kt.Scene, phase: str = "sweep-tiling", **options: Any) -> None:
-        self.sim = kt.Simulation(scene, phase, options=options)
+        self.sim = kt.Simulation(scene, phase, options=options, narrow_phases=SHARED)
         self.engine = self.sim._engine
         self.phase = phase
         self.events = 0

@@ -10,7 +10,7 @@ from lanes import SHARED, first
 from tilings import Steps, random_scene
 
 SCENES = {
-    "random": lambda: kt.make_scene("random", bodies=60, density=0.25, seed=3),
+    "random": lambda: kt.make_scene("random", bodies=60, density=0.25, radius_ratio=3.0, seed=3),
     "all sizes": lambda: random_scene(5, bodies=60),
     "grid, dense": lambda: kt.make_scene("grid", bodies=49, density=0.5, seed=1),
     "grid, thin": lambda: kt.make_scene("grid", bodies=49, density=0.01, seed=2),
