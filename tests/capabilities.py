@@ -34,6 +34,9 @@ class Commands(NamedTuple):
 PLANNED = Commands((0.5, (0.5, 5.5), (2.0, -2.0)), (1.5, 0), (2.75, 6))
 BY_HAND = Commands((0.5, (5.25, 4.75), (-2.75, -1.25)), (1.75, 1), (3.0, 5))
 
+CHANGED = ((1.0, 2, "c"), (1.25, 4, "c"), (2.5, 2, "a"), (1.125, 0, "c"))
+"""Which bodies are of another kind from a time on: those of the scene, and by hand."""
+
 FORMS = (
     kt.box(0.5, 0.375),
     kt.disc(0.25),
@@ -55,6 +58,7 @@ class Draft:
         rules: responses by kinds; with any, bodies are of the kinds "a" and "b" in turn.
         planned: whether the scene has commands.
         by_hand: whether commands are given by hand.
+        changing: whether bodies get another kind, "c", by commands of the scene and by hand.
         narrow: the narrow phase for pairs; None: the usual one.
     """
 
@@ -65,6 +69,7 @@ class Draft:
     rules: dict[Any, Any] = field(default_factory=dict)
     planned: bool = False
     by_hand: bool = False
+    changing: bool = False
     narrow: str | None = None
 
     def framed(self, **more: Any) -> Draft:
@@ -104,6 +109,9 @@ class Draft:
                 kt.Insert(*insert, **self.newcomer()),
                 kt.Remove(remove[1], remove[0]),
             ]
+        if self.changing:
+            changes = [kt.SetKind(body, time, kind) for time, body, kind in CHANGED[:-1]]
+            frame["commands"] = [*frame.get("commands", ()), *changes]
         if self.narrow is not None:
             walls = () if frame["arena"] is None or frame.get("periodic") == "xy" else ("wall",)
             frame["settings"] = kt.Settings(narrow_phases=(self.narrow, *walls))
@@ -181,7 +189,12 @@ CAPABILITIES = (
     Capability(
         "commands, by hand",
         lambda draft: replace(draft, by_hand=True),
-        lambda game, a, b: len(game.scene) + len(game.scene.commands) // 3 in (a, b),
+        lambda game, a, b: len(game.scene) + game.draft.planned in (a, b),
+    ),
+    Capability(
+        "kinds that change",
+        lambda draft: replace(draft, changing=True).ruled({("c", "*"): RESTITUTION}),
+        lambda game, a, b: a in (0, 2, 4) and b % 2 == 1,
     ),
     *map(_periodic, ("x", "y", "xy")),
     Capability("gravity", lambda draft: draft.framed(gravity=(0.0, -0.5))),
@@ -243,6 +256,7 @@ class Game:
         for name in names:
             draft = BY_NAME[name].change(draft)
         self.draft = draft
+        self.by_hand = draft.by_hand or draft.changing
         self.scene = draft.scene()
         self.kinds = ["ab"[body % 2] if body < len(PLACES) else "-" for body in range(len(self.scene))]
 
@@ -252,12 +266,14 @@ class Game:
     def play(self, sim: kt.Simulation, until: float = LASTS, **more: Any) -> kt.Simulation:
         """Runs a simulation on up to a time, with the commands that come before it."""
         insert, turn, remove = BY_HAND
-        for time, command in (  # in the order of their times
-            (insert[0], lambda: sim.insert(*insert[1:], **self.draft.newcomer())),
-            (turn[0], lambda: sim.set_velocity(turn[1], TURNED)),
-            (remove[0], lambda: sim.remove(remove[1])),
+        change, body, kind = CHANGED[-1]
+        for given, time, command in (  # in the order of their times
+            (self.draft.by_hand, insert[0], lambda: sim.insert(*insert[1:], **self.draft.newcomer())),
+            (self.draft.changing, change, lambda: sim.set_kind(body, kind)),
+            (self.draft.by_hand, turn[0], lambda: sim.set_velocity(turn[1], TURNED)),
+            (self.draft.by_hand, remove[0], lambda: sim.remove(remove[1])),
         ):
-            if self.draft.by_hand and sim.time < time <= until:
+            if given and sim.time < time <= until:
                 sim.run(until=time, **more)
                 command()
         sim.run(until=until, **more)

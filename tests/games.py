@@ -57,7 +57,7 @@ HOLLOW = (kt.segment((-0.5, 0.5), (0.5, -0.5)), kt.segment((-0.5, -0.25), (0.5, 
 
 SOLID = ("elastic", "restitution", "restitution", "stop")
 
-Command = kt.Turn | kt.Accelerate | kt.Insert | kt.Remove
+Command = kt.Turn | kt.Accelerate | kt.SetKind | kt.Insert | kt.Remove
 
 
 def draw_game(seed: int) -> kt.Scene:
@@ -112,6 +112,25 @@ def draw_resting_game(seed: int) -> kt.Scene:
             settings = kt.Settings(until=base.start + LASTS)
             falling = base.replace(gravity=(aside * pull, -pull), settings=settings)
             return _with_end(rng, _shaken(rng, _with_commands(rng, falling, lattice), lattice))
+
+
+def draw_changing_game(seed: int) -> kt.Scene:
+    """Returns a game of any other sort in which bodies change their kinds, always the same for a seed. Some
+    pass through what they would meet then: these end."""
+    rng = random.Random(f"changing game {seed}")
+    sorts = draw_game, draw_game_of_shapes, draw_bent_game, draw_bent_game_of_shapes, draw_resting_game
+    while True:
+        game = sorts[seed % len(sorts)](rng.randrange(10**6))
+        commands, numbers = [*game.commands], len(game) + len(game.commands)
+        for _ in range(rng.randrange(1, 9) if len(game.kinds) > 1 else 0):
+            time = game.start + (rng.randrange(1, 24) / 4 if rng.random() < 0.6 else rng.uniform(0.0, 6.0))
+            at = _moment(rng, game, time) if rng.random() < 0.3 else None
+            command = kt.SetKind(rng.randrange(numbers), time, rng.choice(game.kinds), at)
+            if _accepts(game, [*commands, command]):
+                commands.append(command)
+        if len(commands) > len(game.commands):
+            with suppress(Refused):  # somebody settles where there is no arena
+                return kt.Simulation(game.replace(commands=commands), "naive").scene
 
 
 def _shaken(rng: random.Random, game: kt.Scene, lattice: bool) -> kt.Scene:

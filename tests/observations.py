@@ -72,7 +72,7 @@ def pieces(game: Game, folder: Path) -> None:
     same(game, sim)
     sim = game.simulation("sap-1d")
     for time in (MIDDLE, LASTS):
-        while sim.time < time and not game.draft.by_hand:
+        while sim.time < time and not game.by_hand:
             sim.run(until=time, max_contacts=3)
         game.play(sim, time)
     same(game, sim)
@@ -81,7 +81,7 @@ def pieces(game: Game, folder: Path) -> None:
 def step_by_step(game: Game, folder: Path) -> None:
     """Each row of ``contacts`` is one event of ``steps``."""
     scene = truth(game.names).recorded()
-    sim = kt.Simulation(scene, "cells", live=game.draft.by_hand)
+    sim = kt.Simulation(scene, "cells", live=game.by_hand)
     found = [event for event in sim.steps(LASTS) if event.kind in ("wall", "disc", "pass", "part")]
     assert rows_of(sim) == rows_of(truth(game.names))
     assert moments_of(found) == moments_of(sim)
@@ -92,9 +92,7 @@ def stop_at(game: Game, folder: Path) -> None:
     function with every contact."""
     for before in (False, True):
         sim = game.simulation("cells")
-        while not game.draft.by_hand and sim.run(
-            until=LASTS, stop_at=kt.StopAt(bodies=[0, 1], before=before)
-        ):
+        while not game.by_hand and sim.run(until=LASTS, stop_at=kt.StopAt(bodies=[0, 1], before=before)):
             if before:
                 sim.run(until=LASTS, max_contacts=1)
         same(game, game.play(sim))
@@ -283,7 +281,7 @@ def queries(game: Game, folder: Path) -> None:
     nexts = [each for each in (sim.next_contact_of(body, scheduled=True) for body in there) if each]
     rows = rows_of(truth(game.names))[len(sim.contacts) :]
     first = min(((each.epoch, each.tick) for each in nexts), default=None)
-    if not (game.draft.planned or game.draft.by_hand) or (
+    if not (game.draft.planned or game.by_hand) or (
         nexts and rows
     ):  # a command may end what is scheduled, or bring a contact
         assert first == rows[0][:2] if rows else first is None or first >= (int(LASTS), 0)

@@ -62,6 +62,15 @@ SCENES = {
         kind=["ball", "sensor", "ball"],
         responses={("ball", "sensor"): "pass"},
     ),
+    "changes": kt.Scene(
+        [[0.1, 0.5], [0.5, 0.55], [0.9, 0.5]],
+        [[0.9, 0.1], [0.0, 0.0], [-0.4, 0.3]],
+        [0.05, 0.1, 0.07],
+        arena=(1, 1),
+        kind=["ball", "sensor", "ball"],
+        responses={("ball", "sensor"): "pass", ("ball", "ball"): "stop"},
+        commands=[kt.SetKind(0, 0.8, "sensor"), kt.SetKind(1, 1.1, "ball")],
+    ),
     "rests": kt.Scene(
         [[1.0, 1.0], [1.0, 1.5], [3.0, 3.0]],
         [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]],

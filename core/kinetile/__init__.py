@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from kinetile.scene import Remove as Remove
     from kinetile.scene import Response as Response
     from kinetile.scene import Scene as Scene
+    from kinetile.scene import SetKind as SetKind
     from kinetile.scene import Settings as Settings
     from kinetile.scene import Turn as Turn
     from kinetile.scene.by_name import make_scene as make_scene

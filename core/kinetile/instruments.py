@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from kinetile.kernel.log import (
         ACCELERATED,
         BOTTOM,
+        HELD,
         INSERTED,
         LEFT,
+        OF_KIND,
         REANCHORED,
         REMOVED,
         RIGHT,

@@ -2,17 +2,24 @@
 
 ``python docs/examples/platformer.py`` plays 600 frames of a script of keys, prints each landing, and ends
 with the fingerprint of all contacts. The player is a box that settles on what it lands on, and passes through
-coins.
+coins; while it jumps it is of another kind, which passes ledges from below.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import kinetile as kt
+from kinetile.errors import NoRoom
 
 FRAME, SPEED, JUMP, GRAVITY = 1 / 60, 1.5, 3.5, -9.0
 FLOOR, PLATFORMS = 0.25, [(2.0, 0.6), (3.5, 1.1), (5.0, 0.7), (6.4, 1.2)]
 COINS = [(2.0, 1.1), (3.5, 1.6), (6.4, 1.7)]
 KEYS = {30: "right", 55: "jump", 102: "jump", 162: "jump", 225: "jump", 264: "stop", 330: "left", 420: "jump"}
+KEYS |= {478: "jump", 520: "stop"}  # up through a ledge, and onto it
+
+
+THROUGH = ("player", "coin"), ("jumper", "coin"), ("jumper", "ledge")
 
 
 def level() -> kt.Scene:
@@ -27,11 +34,11 @@ def level() -> kt.Scene:
         kind=["player", "coin", "coin", "coin"],
         arena=(8.0, 4.0),
         gravity=(0.0, GRAVITY),
-        responses={("*", "*"): land, ("*", "wall"): land, ("player", "coin"): "pass"},
-        kinds=["player", "coin", "ground"],
+        responses={("*", "*"): land, ("*", "wall"): land, **dict.fromkeys(THROUGH, "pass")},
+        kinds=["player", "jumper", "coin", "ground", "ledge"],
     )
     ground = [kt.Obstacle(kt.box(8.0, FLOOR), (4.0, FLOOR / 2), kind="ground")]
-    ground += [kt.Obstacle(kt.box(0.8, 0.1), (x, y), kind="ground") for x, y in PLATFORMS]
+    ground += [kt.Obstacle(kt.box(0.8, 0.1), (x, y), kind="ledge") for x, y in PLATFORMS]
     return kt.with_obstacles(scene, ground)
 
 
@@ -44,6 +51,13 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
             sim.remove(event.bodies[1])
             told.append(f"{event.time:.6f} a coin")
 
+    def rise(event: kt.Event) -> None:
+        if event.kind == "part":
+            sim.set_kind(0, "player")  # it has come through: from above a ledge is solid
+            told.append(f"{event.time:.6f} through a ledge")
+
+    meets = dict(zip(THROUGH, (take, take, rise), strict=True))
+
     pace = 0.0
     for frame in range(frames):
         key = KEYS.get(frame)
@@ -51,7 +65,11 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
         up = float(sim.velocities()[0, 1])
         if key is not None and (key != "jump" or standing):
             sim.set_velocity(0, (pace, JUMP if key == "jump" else up))
-        sim.run(until=(frame + 1) * FRAME, on_contact={("player", "coin"): take})
+            sim.set_kind(0, "jumper" if key == "jump" else sim.kinds[0])
+        elif up <= 0.0 and sim.kinds[0] == "jumper":
+            with suppress(NoRoom):  # it is in the midst of a ledge, and falls out of it
+                sim.set_kind(0, "player")
+        sim.run(until=(frame + 1) * FRAME, on_contact=meets)
         lands, standing = bool(sim.supports()[0]) and not standing, bool(sim.supports()[0])
         if lands:
             x, y = sim.positions()[0]

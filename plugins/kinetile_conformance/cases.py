@@ -196,7 +196,7 @@ class NaiveLive:
 
 def is_living(scene: Scene) -> bool:
     """Whether bodies come or go in a scene."""
-    return any(not isinstance(command, kt.Turn) for command in scene.commands)
+    return any(not isinstance(command, kt.Turn | kt.SetKind) for command in scene.commands)
 
 
 @dataclass(frozen=True)

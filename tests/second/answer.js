@@ -147,6 +147,8 @@ export class Run {
     } else if (what === "acceleration") {
       body.whole = [ax, ay];
       this.free(body);
+    } else if (what === "kind") {
+      if (!this.setKind(body, command.kind)) return;
     } else if (what === "insertion") {
       const { arena, periods, responses } = this.scene;
       const plan = wrap(makePlan(x, y, vx, vy, this.now, 0n, 0n, ax, ay), periods);
@@ -171,6 +173,20 @@ export class Run {
       this.freeFrom(body);
     }
     yield this.told(what, number, null);
+  }
+
+  /** Gives a body another kind, and says whether it may have that now (rule 11k). */
+  setKind(body, kind) {
+    const responses = body.pairs.map(({ a, b }) => pairResponse(this.scene.responses, kind, (a === body ? b : a).kind));
+    if (body.pairs.some(({ passings }, i) => passings.length > 0 && responses[i].name !== "pass")) {
+      this.ended = "no room";
+      return false;
+    }
+    body.kind = kind;
+    body.pairs.forEach((pair, i) => (pair.response = responses[i]));
+    this.free(body);
+    this.freeFrom(body);
+    return true;
   }
 
   /** Two bodies meet, and get new plans. */

@@ -1,6 +1,6 @@
-// Rules 2 and 2a: commands: turns, other accelerations, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
+// Rules 2, 2a and 11k: commands: turns, other accelerations and kinds, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
 //
-// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, an insertion all of these and what a body has.
+// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, another kind that, an insertion all of these and what a body has.
 
 import { acceleration } from "./bent.js";
 import { tickOf } from "./clock.js";
@@ -57,11 +57,14 @@ export function readTurn(table, body, name) {
 }
 
 function readCommand(table, shapes, kind, gravity, name) {
-  keys(table, ["time", "at", "turn", "velocity", "accelerate", "acceleration", "insert", "remove"], name);
+  keys(table, ["time", "at", "turn", "velocity", "accelerate", "acceleration", "insert", "remove", "set-kind", "kind"], name);
   const time = number(table.time, `${name}.time`);
   const at = "at" in table ? moment(table.at, `${name}.at`) : null;
   if ("remove" in table) return { what: "removal", body: count(table.remove, `${name}.remove`), time, at };
   if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, shapes, kind, gravity, `${name}.insert`) };
+  if ("set-kind" in table) {
+    return { what: "kind", body: count(table["set-kind"], `${name}.set-kind`), time, at, kind: readKind(table.kind, `${name}.kind`) };
+  }
   if ("accelerate" in table) {
     const [ax, ay] = pair(table.acceleration, `${name}.acceleration`);
     return { what: "acceleration", body: count(table.accelerate, `${name}.accelerate`), time, at, ax, ay };

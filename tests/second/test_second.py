@@ -5,6 +5,7 @@ import math
 import random
 import re
 import shutil
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -138,11 +139,12 @@ def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.small
+@pytest.mark.parametrize("draw", [games.draw_bent_game, games.draw_changing_game])
 @pytest.mark.parametrize("seed", first(1, range(200)))
-def test_a_bent_game_is_one_in_both_and_under_another_phase_and_is_certified(
-    seed: int, tmp_path: Path
+def test_a_game_is_one_in_both_and_under_another_phase_and_is_certified(
+    draw: Callable[[int], kt.Scene], seed: int, tmp_path: Path
 ) -> None:
-    game = games.draw_bent_game(seed)
+    game = draw(seed)
     assert second_agrees(game, tmp_path, FEW)
     sim, end = with_end(game, most=FEW)
     assert certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint).right

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
-from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, TURNED, Fingerprint
+from kinetile.kernel.log import INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED, Fingerprint
 from kinetile.scene.files import loads_scene
 from kinetile_accuracy.specification import shapes
 from kinetile_accuracy.specification.arithmetic import (
@@ -38,7 +38,7 @@ from kinetile_accuracy.specification.arithmetic import (
     wall_tick,
 )
 from kinetile_accuracy.specification.bent_shapes import bent_tick
-from kinetile_accuracy.specification.course import ACCELERATED, LEAVING, Course, CourseEvent
+from kinetile_accuracy.specification.course import ACCELERATED, EVENTS, LEAVING, Course, CourseEvent
 
 HERE = Path(__file__).parent
 
@@ -206,6 +206,7 @@ _OTHERS = {
     REANCHORED: "clock",
     TURNED: "turn",
     ACCELERATED: "acceleration",
+    OF_KIND: "kind",
     INSERTED: "insertion",
     REMOVED: "removal",
     LEAVING: "leaving",
@@ -237,7 +238,7 @@ def _end_of(scene: kt.Scene) -> tuple[int, int | None]:
 
 def _events(scene: kt.Scene) -> Iterator[tuple[str, CourseEvent]]:
     """Yield what happens in a scene up to its end, each with its kind; last ``"no room"``, where the answer
-    ends before an insertion."""
+    ends before an insertion, or another kind."""
     end, most = _end_of(scene)
     course = Course(scene, None if most is None else (end, most))
     while (event := course.next(end)) is not None:
@@ -248,7 +249,7 @@ def _events(scene: kt.Scene) -> Iterator[tuple[str, CourseEvent]]:
         yield kind, event
         course.carry_out()
     for each in scene.commands:
-        event = CourseEvent(course.now, each.body, INSERTED)
+        event = CourseEvent(course.now, each.body, EVENTS[type(each)])
         if course.is_planned(event) and (course.now, each.at[2] if each.at else 0) <= (end, most or 0):
             yield "no room", event
 
@@ -266,7 +267,7 @@ def _answered(run: dict[str, Any], folder: str) -> str:
     told |= {"ended": "no room"} if counted["no room"] else {}
     *head, (_, bodies) = run["scene"].items()
     first = [[str(epoch), str(tick), a, b] for epoch, tick, a, b in contacts[:SHOWN]]
-    more = [kind for kind in ("acceleration", "leaving") if counted[kind]]
+    more = [kind for kind in ("acceleration", "kind", "leaving") if counted[kind]]
     counts = {kind: counted[kind] for kind in (*COUNTED[folder], *more)}
     return "\n".join(
         [

@@ -14,7 +14,7 @@ import numpy as np
 from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.images import BEAT
-from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.loop import PASSES
@@ -36,12 +36,13 @@ MOST_ANCHORED = 10**9
 """The number of rows above which a recording is refused that would have them for the clock alone."""
 
 EventKind: TypeAlias = Literal[
-    "structural", "turn", "accelerate", "insert", "remove", "wall", "disc", "pass", "part"
+    "structural", "turn", "accelerate", "kind", "insert", "remove", "wall", "disc", "pass", "part"
 ]
 
 COMMANDS: dict[int, EventKind] = {
     TURNED: "turn",
     ACCELERATED: "accelerate",
+    OF_KIND: "kind",
     INSERTED: "insert",
     REMOVED: "remove",
 }
@@ -229,7 +230,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             engine.build()
             if event is not None and event.kind == "remove":  # it comes after the passings that it ends
                 pending_events.append((event.epoch, event.tick, event.bodies[0], REMOVED))
-            elif event is not None and event.kind in ("structural", "turn", "accelerate", "insert"):
+            elif event is not None and event.kind in ("structural", "turn", "accelerate", "kind", "insert"):
                 return event
         elif end.ticks is None and engine.next_command is None and engine.rests:
             return None

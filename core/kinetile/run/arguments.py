@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
@@ -21,8 +21,18 @@ from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.commands import ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.questions.places import Box, Point
-from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import FARTHEST, LARGEST, WALL, Extent, is_finite, is_number, shown
+from kinetile.scene import Insert, Scene, SetKind
+from kinetile.scene.checks import (
+    FARTHEST,
+    LARGEST,
+    WALL,
+    Extent,
+    as_kind,
+    is_finite,
+    is_kind,
+    is_number,
+    shown,
+)
 from kinetile.scene.commands import check_command, numbered, shape_of, with_shape
 from kinetile.scene.frame import check_support
 from kinetile.scene.reader import pull_of
@@ -425,6 +435,17 @@ def read_removal(engine: Engine, body: object) -> Rows:
     return rows
 
 
+def read_kind(engine: Engine, body: object, kind: object) -> Rows:
+    """Returns the command that gives a body another kind now; IndexError for a body that is not present, and
+    ValueError for no kind of the scene."""
+    rows, kinds = engine.command_rows(OF_KIND), engine.scene.kinds
+    rows["body"] = read_body(engine, body)
+    if not is_kind(kind) or as_kind(kind) not in kinds:
+        raise ValueError(no_kind(kind, kinds))
+    rows["kind"] = kinds.index(as_kind(kind))
+    return rows
+
+
 def _check_speed(engine: Engine, speed: float, smallest: float) -> None:
     if speed * engine.fields.tick[0] > MOST_FLOWN * smallest:
         raise ValueError(
@@ -446,7 +467,8 @@ class StopAt:
     Attributes:
         bodies: numbers of bodies, at every contact of theirs, with others or walls.
         pairs: two numbers each, or a number and "wall".
-        kinds: one kind of bodies or several, also of bodies that the scene inserts later.
+        kinds: one kind of bodies or several, also of bodies that the scene inserts later. Beside bodies or
+            pairs, a body that the scene gives such a kind counts before as well.
         before: stop before the contact, which is still to come unless a command changes that. No run stops
             before a passing that begins at the start, or begins or ends together with a command.
     """
@@ -455,6 +477,14 @@ class StopAt:
     pairs: Iterable[tuple[int, int | str]] = ()
     kinds: Kind | Iterable[Kind] = ()
     before: bool = False
+
+
+def is_meant(stop: StopAt | None, there: Iterable[Kind]) -> bool:
+    """Whether a contact is one to stop at, by the kinds that its bodies have then; none are of one kind."""
+    if stop is None or not stop.kinds or stop.bodies or stop.pairs:
+        return True
+    kinds = [stop.kinds] if isinstance(stop.kinds, str | int | np.integer) else [*stop.kinds]
+    return any(kind in kinds for kind in there or (0,))
 
 
 def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None:
@@ -502,11 +532,13 @@ def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
 
 
 def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:
-    """Returns the numbers of the bodies of a kind: from the start, interactive, and still to be inserted."""
+    """Returns the numbers of the bodies that are of a kind, were before they went, or are or get it by a
+    command of the scene."""
     of_it, k = scene.kinds.index(kind), engine.k
-    named = np.flatnonzero(scene.kind_numbers == of_it).tolist()
-    named += [body for body, its in kinds_inserted(scene).items() if its == of_it]
+    gone = (body for body in np.flatnonzero(scene.kind_numbers == of_it).tolist() if k.slots[body] < 0)
+    coming = {body for body, its in kinds_inserted(scene).items() if its == of_it}
+    coming |= {each.body for each in scene.commands if isinstance(each, SetKind) and each.kind == kind}
     there = k.queue.number >= 0
     if len(k.rules):
         there &= k.traits.kind == of_it
-    return sorted({*named, *k.queue.number[there].tolist()})
+    return sorted({*gone, *coming, *k.queue.number[there].tolist()})

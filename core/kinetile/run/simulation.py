@@ -18,7 +18,7 @@ from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
-from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
 from kinetile.plugin.choices import called
@@ -41,7 +41,7 @@ from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
-from kinetile.scene import Accelerate, Insert, Scene, Turn, relabelled
+from kinetile.scene import Insert, Remove, Scene, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
@@ -115,7 +115,7 @@ class Simulation(Moment):
             audit = arguments.read_count(audit, "audit", "contacts", 1)
         if room is not None:
             room = max(arguments.read_count(room, "room"), len(scene))
-        lives = live or any(not isinstance(command, Turn | Accelerate) for command in scene.commands)
+        lives = live or any(isinstance(command, Insert | Remove) for command in scene.commands)
         prepared = Prepared.of(scene, room) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
@@ -284,14 +284,18 @@ class Simulation(Moment):
 
             def run_to(to: End) -> Event | None:
                 while True:
-                    event = advance(engine, to, self._audit, None if progress is None else report)
-                    if calls is None or event is None:
+                    event = self._with_kinds(
+                        advance(engine, to, self._audit, None if progress is None else report)
+                    )
+                    if event is None or (calls is None and arguments.is_meant(stops, event.kinds)):
                         return event
-                    numbers = engine.numbers
+                    if calls is None:
+                        continue
+                    given = engine.history
                     with Interruptible():
-                        if calls(self._with_kinds(event) or event):
+                        if calls(event):
                             return event
-                    if engine.numbers > numbers:  # new bodies are of the kinds as well
+                    if engine.history is not given:  # new bodies are of the kinds as well
                         engine.watch(arguments.read_stop(engine, self.scene, stops))
 
             self._running = True
@@ -302,7 +306,7 @@ class Simulation(Moment):
             try:
                 read_by = (observers.counter, observers.observer) if observers else (None, None)
                 with engine.ledger.recording(recorder, moment, *read_by):
-                    event = self._with_kinds(observers.advance(end, run_to) if observers else run_to(end))
+                    event = observers.advance(end, run_to) if observers else run_to(end)
             except BaseException:
                 with suppress(PhaseError):  # the error that ended the run is raised, not this one
                     self._observe(observers)
@@ -382,6 +386,21 @@ class Simulation(Moment):
     def set_acceleration(self, body: int, acceleration: Numbers) -> None:
         """As ``set_accelerations``, for one body."""
         self.set_accelerations([body], np.asarray(acceleration)[None])
+
+    @answering
+    def set_kind(self, body: int, kind: Kind) -> None:
+        """Gives a body another of the scene's kinds from now on: its contacts have the responses of that.
+
+        With that a platform can be passed from below and met from above (docs/living-scenes.md). A refused
+        call leaves everything unchanged.
+
+        Raises:
+            IndexError, BusyError: as ``set_velocities``.
+            ValueError: the scene has no such kind.
+            Refused: the body is passing through one that it would meet then (the error names it).
+        """
+        with self._alone("give a body another kind"):
+            self._engine.carry_out(OF_KIND, arguments.read_kind(self._engine, body, kind))
 
     @answering
     def set_accelerations(self, bodies: npt.ArrayLike, accelerations: npt.ArrayLike) -> None:

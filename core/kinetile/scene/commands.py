@@ -83,7 +83,17 @@ class Accelerate(NamedTuple):
     at: tuple[int, int, int] | None = None
 
 
-Command: TypeAlias = Turn | Insert | Remove | Accelerate
+@constructed
+class SetKind(NamedTuple):
+    """A change of one body's kind: from ``time`` on its contacts have the responses of this ``kind``."""
+
+    body: int
+    time: float
+    kind: str | int
+    at: tuple[int, int, int] | None = None
+
+
+Command: TypeAlias = Turn | Insert | Remove | Accelerate | SetKind
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
@@ -117,10 +127,12 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
 
 def counted(commands: Iterable[Command]) -> str:
     """Returns how many commands of each kind there are, in words; "none" if there are none."""
-    words = {Turn: "turn", Accelerate: "acceleration", Insert: "insertion", Remove: "removal"}
+    words = {Turn: "turn", Accelerate: "acceleration", SetKind: "change of kind"}
+    words |= {Insert: "insertion", Remove: "removal"}
     counts = Counter(words[type(command)] for command in commands)
-    found = ((word, counts[word]) for word in words.values() if counts[word])
-    return ", ".join(f"{count:,} {word}{'s' * (count > 1)}" for word, count in found) or "none"
+    found = [(word, counts[word]) for word in words.values() if counts[word]]
+    several = {word: word.replace("change", "changes") if " " in word else f"{word}s" for word, _ in found}
+    return ", ".join(f"{count:,} {several[word] if count > 1 else word}" for word, count in found) or "none"
 
 
 def speeds(commands: Iterable[Command]) -> list[float]:
@@ -163,7 +175,7 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
     if not isinstance(command, Command):
-        kinds = ("Accelerate(...)", "Insert(...)", "Remove(...)")
+        kinds = ("Accelerate(...)", "Insert(...)", "Remove(...)", "SetKind(...)")
         expected = f"{', '.join(f'kinetile.{each}' for each in kinds)} or kinetile.Turn(...)"
         return [Mistake(where, shown(command), expected)]
     mistakes = []

@@ -21,7 +21,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, shown
-from kinetile.scene.commands import Accelerate, Command, Insert, Remove, Turn
+from kinetile.scene.commands import Accelerate, Command, Insert, Remove, SetKind, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
@@ -433,21 +433,25 @@ def _toml(value: Any, where: str = "") -> str:
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
 
 
-_KINDS: dict[str, Any] = {"turn": Turn, "accelerate": Accelerate, "insert": Insert, "remove": Remove}
+_KINDS: dict[str, Any] = {"turn": Turn, "accelerate": Accelerate, "set-kind": SetKind}
+_KINDS |= {"insert": Insert, "remove": Remove}
 
-
-_FORMS = {"velocity": "[vx, vy]", "acceleration": "[ax, ay]"}
+_EFFECTS = {
+    "turn": ("velocity", "a velocity", "[vx, vy]"),
+    "accelerate": ("acceleration", "an acceleration", "[ax, ay]"),
+    "set-kind": ("kind", "a kind", "the name of a kind"),
+}
+"""By its word what a command gives to a body: the key, in words, and what is expected."""
 
 
 def _unfit(row: Mapping[str, Any], where: str, given: str) -> list[Mistake]:
-    """Returns the mistakes of a command that has no velocity or acceleration, or one that is not its own."""
+    """Returns the mistakes of a command without its velocity, acceleration or kind, or with another's."""
     mistakes = []
-    for kind, key in (("turn", "velocity"), ("accelerate", "acceleration")):
+    for kind, (key, named, form) in _EFFECTS.items():
         there = key in row
         if there != (given == kind):
-            wanted = "none beside this: that of a new body is in insert" if there else _FORMS[key]
-            article = "an" if key == "acceleration" else "a"
-            mistakes.append(Mistake(f"{where}.{key}", f"{article} {key}" if there else "nothing", wanted))
+            wanted = "none beside this: that of a new body is in insert" if there else form
+            mistakes.append(Mistake(f"{where}.{key}", named if there else "nothing", wanted))
     return mistakes
 
 

@@ -26,6 +26,7 @@ from kinetile.scene.commands import (
     Accelerate,
     Command,
     Insert,
+    SetKind,
     Turn,
     check_command,
     check_presence,
@@ -265,7 +266,7 @@ def _read_rules(
         own = [each.kind for each in given.obstacles]
         kind = [*kind, *own]
         kinds = [*kinds, *own] if isinstance(kinds, list | tuple) else kinds
-    coming = [(f"{where}.kind", each.kind) for where, each in commands if isinstance(each, Insert)]
+    coming = [(f"{where}.kind", each.kind) for where, each in commands if isinstance(each, Insert | SetKind)]
     return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
 
 

@@ -19,7 +19,7 @@ from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import Extent, shown
-from kinetile.scene.commands import Command, Insert, Turn
+from kinetile.scene.commands import Command, Insert, SetKind, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import NO_FILE, FilePlaces, Given, read_scene
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
@@ -207,9 +207,10 @@ class Scene:
 
     @property
     def answer(self) -> int:
-        """The number of the specification that its contacts follow: ``ANSWER`` with accelerations, 3 with
-        shapes, 2 with a periodic axis, and otherwise 1; each contains those before."""
-        return ANSWER if self.bent else 3 if self.shapes else 2 if self.periodic else 1
+        """The number of the specification that its contacts follow: ``ANSWER`` with accelerations or changes
+        of kinds, 3 with shapes, 2 with a periodic axis, and otherwise 1; each contains those before."""
+        changing = any(isinstance(each, SetKind) for each in self.commands)
+        return ANSWER if self.bent or changing else 3 if self.shapes else 2 if self.periodic else 1
 
     @property
     def turns(self) -> tuple[Turn, ...]:
@@ -273,7 +274,7 @@ def in_words(scene: Scene, count: int) -> str:
 
 def declared_kinds(scene: Scene) -> tuple[Kind, ...] | None:
     """Returns the kinds of a scene if they do not follow, in this order, from bodies, commands and rules."""
-    coming = (each.kind for each in scene.commands if isinstance(each, Insert))
+    coming = (each.kind for each in scene.commands if isinstance(each, Insert | SetKind))
     following = kinds_that_follow(scene.kind, (each for each in coming if each is not None), scene.responses)
     return None if scene.kinds == following else scene.kinds
 

@@ -88,7 +88,7 @@ _FILE = Table(
         "commands": Table(
             "[[commands]] tables",
             {**_named("time", "at"), "insert": _INSERT}
-            | _named("remove", "turn", "velocity", "accelerate", "acceleration"),
+            | _named("remove", "turn", "velocity", "accelerate", "acceleration", "set-kind", "kind"),
             ("time",),
         ),
         "responses": Table("[[responses]] tables", _RESPONSE, ("between", "response")),

@@ -58,7 +58,7 @@ class Answers:
     be, ``passing`` is whether some may pass. Raises Refused for responses that are not specified."""
 
     def __init__(self, scene: Scene, count: int) -> None:
-        self._meets = scene.meets
+        self._meets, self._named = scene.meets, scene.kinds
         used = {response.name for row in self._meets for response in row}
         other = sorted(used.difference(_KNOWN))
         if other:
@@ -84,6 +84,14 @@ class Answers:
     def passes(self, a: int, b: int) -> bool:
         """Returns whether two bodies pass through each other, or a body through a wall (b below 0)."""
         return bool(self.response(a, b).name == "pass")
+
+    def set_kind(self, body: int, kind: str | int) -> None:
+        """Gives a body another kind (rule 11k)."""
+        self._kinds[body] = self._named.index(kind)
+
+    def passes_as(self, kind: str | int, body: int) -> bool:
+        """Returns whether one of a kind would pass through a body."""
+        return bool(self._meets[self._named.index(kind)][self._kinds[body]].name == "pass")
 
     def settle(self, a: int, b: int) -> float:
         """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0 without one."""

@@ -18,6 +18,7 @@ from kinetile.errors import BadOption, Refused
 from kinetile.instruments import (
     ACCELERATED,
     INSERTED,
+    OF_KIND,
     REANCHORED,
     REMOVED,
     TURNED,
@@ -44,6 +45,7 @@ _FARTHEST = 20_000
 _OTHERS = {
     TURNED: "a turn",
     ACCELERATED: "another acceleration",
+    OF_KIND: "another kind",
     REANCHORED: "the anchoring",
     INSERTED: "the insertion",
     REMOVED: "the removal",

@@ -24,8 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetile import Accelerate, Insert, Remove, Scene, Shape, Turn
-from kinetile.instruments import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile import Accelerate, Insert, Remove, Scene, SetKind, Shape, Turn
+from kinetile.instruments import ACCELERATED, HELD, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
 from kinetile_accuracy.specification.answers import OUT, Answers, Support, across, both_hold, part
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
@@ -38,13 +38,13 @@ _FEW = 4
 """Partners of a body with an entry of their own: with more, more entries are discarded."""
 
 
-EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, Insert: INSERTED, Remove: REMOVED}
+EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, SetKind: OF_KIND, Insert: INSERTED, Remove: REMOVED}
 """What logs call the commands."""
 
-LEAVING = min(EVENTS.values()) - 1
+LEAVING = HELD
 """What they call a body that leaves what holds it (rule 8r)."""
 
-Command = Turn | Accelerate | Insert | Remove
+Command = Turn | Accelerate | SetKind | Insert | Remove
 
 
 class CourseEvent(NamedTuple):
@@ -188,7 +188,12 @@ class Course:
         return self._contacts[1] if self._contacts[0] == tick else 0
 
     def _has_room(self, command: Command) -> bool:
-        """Returns whether a body that is inserted now has room (rule 9); of another command always."""
+        """Returns whether a body that is inserted now has room (rule 9), or one that gets another kind passes
+        still through what it is passing through (rule 11k); of another command always."""
+        if isinstance(command, SetKind):
+            body = command.body
+            through = {a + b - body for a, b, _ in self._passing if body in (a, b)}
+            return all(self._answers.passes_as(command.kind, other) for other in through)
         if not isinstance(command, Insert):
             return True
         r = command.radius
@@ -438,11 +443,14 @@ class Course:
             plan = self._let_go(body)
             if isinstance(command, Turn):
                 self._change(body, plan, _two(command.velocity))
+            elif isinstance(command, SetKind):
+                self._answers.set_kind(body, command.kind)
+                self._change(body, plan, (plan.vx, plan.vy))
             else:
                 self._whole[body] = _two(command.acceleration)
                 self._change(body, plan, (plan.vx, plan.vy), self._whole[body])
         self._schedule([body])
-        if isinstance(command, Turn):
+        if isinstance(command, Turn | SetKind):
             self._let_go_of(body)
 
     def _enter(self, body: int, place: Vector, velocity: Vector, pull: Vector) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count, groupby
 from pathlib import Path
@@ -13,8 +14,8 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
-from kinetile import Accelerate, Insert, Remove, Simulation
-from kinetile.errors import AuditError, KinetileError, TooThick
+from kinetile import Accelerate, Insert, Remove, SetKind, Simulation
+from kinetile.errors import AuditError, KinetileError, NoRoom, TooThick
 from kinetile.instruments import Command, first_difference, relabelled, with_commands
 from kinetile.toolbox import At, Box, Link, box_gaps, reaches_of
 from kinetile_conformance.cases import RunOutcome, difference, horizon, is_living, outcome
@@ -223,7 +224,7 @@ def _is_commanded(case: Case) -> None:
     scene, looks = case.scene, (*WAYS.values(), _audit)
     batches = [list(each) for _, each in groupby(scene.commands, _together)]
     every = 1 + len(batches) // BY_HAND
-    sim = case.subject.simulation(with_commands(scene, []), room=None)
+    sim = case.subject.simulation(with_commands(scene, [], kinds=scene.kinds), room=None)
     numbers = {body: body for body in range(len(scene))}
     ended = "ran"
     try:
@@ -276,6 +277,9 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
         pass
     elif isinstance(command, Remove):
         sim.remove(numbers[command.body])
+    elif isinstance(command, SetKind):
+        with suppress(NoRoom):
+            sim.set_kind(numbers[command.body], command.kind)
     elif isinstance(command, Accelerate):
         sim.set_acceleration(numbers[command.body], command.acceleration)
     else:

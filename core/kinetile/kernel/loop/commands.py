@@ -1,13 +1,14 @@
 """Commands: changes from outside, each at a tick of its own, in the order in which they were given.
 
-A command turns a body, inserts one or removes one. The clock also anchors plans again, which changes no
-velocity. Commands run after the structural events of their tick and before its contacts: a body is inserted
-into a structure that is in order, and a removed one is out of it before the next contact is computed. A
-command given at a stop between two contacts of one tick says after how many of them it came (``after``), so
-that a repeated run carries it out at the same place.
+A command turns a body, gives it another kind, inserts one or removes one. The clock also anchors plans
+again, which changes no velocity. Commands run after the structural events of their tick and before its
+contacts: a body is inserted into a structure that is in order, and a removed one is out of it before the next
+contact is computed. A command given at a stop between two contacts of one tick says after how many of them it
+came (``after``), so that a repeated run carries it out at the same place.
 
 An inserted body must have room: it may touch others and the walls of the arena, and overlap them by no more
-than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed.
+than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed. So
+is another kind of a body that is passing through one which it would meet then (rule 11k).
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from kinetile.kernel.log import (
     HELD,
     INSERTED,
     LEFT,
+    OF_KIND,
     REANCHORED,
     REMOVED,
     RIGHT,
@@ -49,6 +51,7 @@ from kinetile.kernel.loop.responses import (
     plan_partings,
     shapes_overlap,
 )
+from kinetile.kernel.pairs import follower
 from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
 from kinetile.kernel.rest import is_held_by, let_go, take_hold
 from kinetile.kernel.tables import (
@@ -213,6 +216,21 @@ def blocked_by(k: Kernel, command: Records) -> int:
             if reaches_into(k, command, there_x - x, there_y - y, body, k.mass[other], kind):
                 found = other if found < 0 else elder(k, found, other)
     return found
+
+
+@hook
+def barred_by(k: Kernel, command: Records) -> int:
+    """Return the slot of the eldest body that a body passes through, and would meet if it were of the kind of
+    a command; or FREE."""
+    found = FREE
+    body = slot_of(k, command.body)
+    pair = k.passers[body]
+    while pair >= 0:
+        other = k.passings[pair].a + k.passings[pair].b - body
+        if k.rules[row_of(k.clock[0].kinds, command.kind, k.traits[other].kind)].response != PASS:
+            found = other if found < 0 else elder(k, found, other)
+        pair = follower(k.passings, body, pair)
+    return int(found)
 
 
 def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
@@ -477,6 +495,9 @@ def carry_out(k: Kernel, s: Any) -> int:
             plan.whole_y = command.ay
         bend(k, body, command)
         _account(k, k.mass[body], twice_energy(plan) - before)
+    if RULES and command.code == OF_KIND:
+        k.counts[0].turns += 1
+        k.traits[body].kind = command.kind
     plan.last = NOBODY
     changed = False
     if RESTING and command.code == REANCHORED:
@@ -487,9 +508,10 @@ def carry_out(k: Kernel, s: Any) -> int:
     if PASSING:
         plan_partings(k, body)
     log(k, at, body, command.code)
-    if RESTING and changed and command.code == TURNED:
+    freeing = command.code == TURNED or command.code == OF_KIND
+    if RESTING and changed and freeing:
         log(k, at, body, HELD)
-    if RESTING and command.code == TURNED:
+    if RESTING and freeing:
         free_from(k, body, at)
     return body
 

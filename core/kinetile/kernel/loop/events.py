@@ -11,11 +11,12 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
-from kinetile.kernel.log import HELD, INSERTED, REANCHORED, REMOVED
+from kinetile.kernel.log import HELD, INSERTED, OF_KIND, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
 from kinetile.kernel.loop.commands import (
     FREE,
+    barred_by,
     blocked_by,
     carry_out,
     foresee_ledge,
@@ -95,14 +96,17 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
         if reason != NO_REASON:
             return reason, NOTHING, NOBODY
     task = REPLAN
+    blocker = FREE
+    if command.code == INSERTED and command.fits == 0:
+        blocker = blocked_by(k, command)
+    if PASSING and command.code == OF_KIND:
+        blocker = barred_by(k, command)
+    if blocker != FREE:
+        clock.fault.a = command.body
+        clock.fault.b = blocker
+        clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
+        return BLOCKED, NOTHING, NOBODY
     if command.code == INSERTED or command.code == REMOVED:
-        if command.code == INSERTED:
-            fault = clock.fault
-            fault.a = command.body
-            fault.b = FREE if command.fits != 0 else blocked_by(k, command)
-            if fault.b != FREE:
-                clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
-                return BLOCKED, NOTHING, NOBODY
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
             return COMMAND_DUE, NOTHING, NOBODY
         task = REFRESH  # enter and leave have told the structure

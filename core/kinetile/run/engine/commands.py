@@ -21,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields
-from kinetile.scene import Accelerate, Insert, Remove, Scene, Turn, with_commands
+from kinetile.scene import Accelerate, Insert, Remove, Scene, SetKind, Turn, with_commands
 from kinetile.scene import Command as SceneCommand
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
@@ -80,6 +80,8 @@ class Command(NamedTuple):
         for name in (each for each in kind._fields if each not in given):
             found = tuple(row[column].item() for column in _COLUMNS.get(name, (name,)))
             given[name] = found if len(found) > 1 else found[0]
+        if kind is SetKind:
+            given["kind"] = scene.kinds[given["kind"]]
         if kind is Insert:
             given["kind"] = scene.kinds[given["kind"]] if scene.kinds != (0,) else None
             given["shape"] = scene.shapes[given["shape"]] if scene.shapes else None
@@ -88,7 +90,8 @@ class Command(NamedTuple):
         return made
 
 
-_KINDS: dict[int, Any] = {TURNED: Turn, ACCELERATED: Accelerate, INSERTED: Insert, REMOVED: Remove}
+_KINDS: dict[int, Any] = {TURNED: Turn, ACCELERATED: Accelerate, OF_KIND: SetKind}
+_KINDS |= {INSERTED: Insert, REMOVED: Remove}
 _CODES = {kind: code for code, kind in _KINDS.items()}
 
 _COLUMNS = {
@@ -124,6 +127,8 @@ def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...
     """Returns the values of a command's row, with other ``values`` of its columns."""
     given = command._asdict()
     del given["time"], given["at"]
+    if isinstance(command, SetKind):
+        given["kind"] = scene.kinds.index(command.kind)
     if isinstance(command, Insert):
         kind, shape = command.kind, command.shape
         given["kind"] = 0 if kind is None else scene.kinds.index(kind)

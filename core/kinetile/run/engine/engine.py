@@ -27,7 +27,7 @@ from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import ACCELERATED, INSERTED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, OF_KIND, REMOVED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -492,14 +492,15 @@ class Engine(Tables):
         if not len(rows):
             return
         inserts = code == INSERTED
-        wanted = Commands.TURNS if code in (TURNED, ACCELERATED) else Commands.ALL
+        wanted = Commands.ALL if code in (INSERTED, REMOVED) else Commands.TURNS
         others_first = self.due  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
             (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
             rows["fits"] = True
-        bounds, needed = (self.bounds, 0.0) if code == REMOVED else self._bounds_with(rows, inserts)
+        slower = code in (REMOVED, OF_KIND)
+        bounds, needed = (self.bounds, 0.0) if slower else self._bounds_with(rows, inserts)
         faster = needed > self.speed
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet

@@ -22,7 +22,7 @@ from kinetile.kernel import tables
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import plans_now
-from kinetile.kernel.log import WALLS
+from kinetile.kernel.log import OF_KIND, WALLS
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
@@ -130,7 +130,8 @@ def _narrow_phases(composition: Composition) -> str:
 
 def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would reach into
-    (``blocker``, a slot or a wall's code), and how deep. Its text is made when it is read, for games."""
+    (``blocker``, a slot or a wall's code), and how deep; or for another kind, which would part two that pass.
+    Its text is made when it is read, for games."""
     ticks = clock.total(int(command["tick"]))
     who, other = 0, None
     if blocker >= 0:
@@ -150,6 +151,9 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
             message = f"it reaches {deep:.6g} into body {who}"
         place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")
         when, number = clock.moment(ticks)[0], int(command["body"])
+        if command["code"] == OF_KIND:
+            why = f"body {number} is passing through body {who}, which it would meet then"
+            return f"at time {when!r} the kind stays: {why}; wait until they have parted"
         return f"at time {when!r} there is no room for body {number} {place}: {message}; nothing has changed"
 
     return NoRoom(text)

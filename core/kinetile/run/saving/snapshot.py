@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
@@ -185,6 +185,9 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a pair that overlaps at the start is not of two bodies"
 
 
+_CODES = (TURNED, ACCELERATED, OF_KIND, REANCHORED, INSERTED, REMOVED)
+
+
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
     """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
     contents, numbers = state.contents, numbers_of(scene, state.history)
@@ -196,7 +199,7 @@ def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
         body, code, row = each.body, each.code, each.row
         new = code == INSERTED
         known = 0 <= body < numbers and (body in present) != new
-        if code not in (TURNED, ACCELERATED, REANCHORED, INSERTED, REMOVED) or not known or each.ticks < last:
+        if code not in _CODES or not known or each.ticks < last:
             yield f"a command for body {body} is impossible, or too late"
             return
         last = each.ticks

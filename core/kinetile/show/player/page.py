@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from kinetile.errors import legible
 from kinetile.kernel.clock import TICKS
-from kinetile.scene import Scene
+from kinetile.scene import Scene, SetKind
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, escape, outline_of
@@ -68,6 +68,8 @@ class Page:
         length = (end - first.begin) / TICKS * scene.time_unit
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
         bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
+        changing = any(isinstance(each, SetKind) for each in scene.commands)  # then no kind is shown
+        names = [] if changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
         return {
             "format": 1,
             "start": scene.start,
@@ -84,8 +86,8 @@ class Page:
             "passing": first.passing,
             "speed": length / _SECONDS if length > 0 else 1.0,
             "bodies": encode(vars(first.plans)),
-            "kinds": [] if scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds],
-            "kind": [kinds.get(body, 0) for body in bodies] if len(scene.kinds) > 1 else [],
+            "kinds": names,
+            "kind": [kinds.get(body, 0) for body in bodies] if len(names) > 1 else [],
             "responses": [[each.name for each in row] for row in scene.meets] if scene.responses else [],
             "shapes": list(map(_drawn, scene.shapes)),
             "shape": [shapes.get(body, -1) for body in bodies] if scene.shapes else [],

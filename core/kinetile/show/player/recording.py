@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, REANCHORED, REMOVED
+from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, OF_KIND, REANCHORED, REMOVED
 from kinetile.kernel.plan import BentPlan, Plan, bent_position_after, bent_velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
@@ -217,10 +217,13 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
 Floats = npt.NDArray[np.float64]
 KINDS = (
     *("structural", "disc", "wall", "turn", "insert", "remove"),
-    *("pass", "part", "anchor", "accelerate", "hold"),
+    *("pass", "part", "anchor", "accelerate", "hold", "kind"),
 )
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
 again, "hold" one with another present acceleration."""
+
+
+_COMMANDS = {-5: 3, -6: 8, ACCELERATED: 9, HELD: 10, OF_KIND: 11, INSERTED: 4, REMOVED: 5}
 
 
 @dataclass(frozen=True)
@@ -292,7 +295,7 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Returns the kind of each row as its place in ``KINDS``."""
     a, b = rows["a"], rows["b"]
     kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
-    for code, kind in ((-5, 3), (-6, 8), (ACCELERATED, 9), (HELD, 10), (INSERTED, 4), (REMOVED, 5)):
+    for code, kind in _COMMANDS.items():
         kinds[b == code] = kind
     return kinds.astype(np.uint8)
 

@@ -21,7 +21,7 @@ PLACES = """
 
 
 @needs_node
-@pytest.mark.parametrize("name", ["come and go", "accelerated", "rests"])
+@pytest.mark.parametrize("name", ["come and go", "accelerated", "rests", "changes"])
 def test_a_window_is_as_exact(name, tmp_path):
     scene = SCENES[name]
     rows = record(kt.Simulation(scene, "naive"), 2.0)

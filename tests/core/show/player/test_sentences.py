@@ -115,3 +115,10 @@ def test_an_acceleration_and_the_end_of_a_chord_are_named(tmp_path):
     texts = ask_node(tmp_path, view_scene(SCENES["accelerated"], [("naive", {})], until=1.0).page, SENTENCES)
     assert "body 1 gets another acceleration" in texts
     assert "a certificate of body 0 fails, or its chord ends" in texts
+
+
+@needs_node
+def test_another_kind_is_named(tmp_path):
+    texts = ask_node(tmp_path, view_scene(SCENES["changes"], [("naive", {})], until=1.5).page, SENTENCES)
+    assert "body 0 gets another kind" in texts
+    assert "bodies 0 and 1 begin to pass through each other" in texts  # the page has no kinds of the moment

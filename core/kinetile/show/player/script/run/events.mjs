@@ -5,11 +5,11 @@ import { KINDS, isAside } from "./rows.mjs";
 
 /** The groups in which a reader steps, and the kinds that are in each. */
 export const GROUPS = {
-  all: ["structural", "disc", "wall", "turn", "insert", "remove", "accelerate", "pass", "part"],
+  all: ["structural", "disc", "wall", "turn", "insert", "remove", "accelerate", "kind", "pass", "part"],
   contacts: ["disc"],
   structural: ["structural"],
   walls: ["wall"],
-  commands: ["turn", "insert", "remove", "accelerate"],
+  commands: ["turn", "insert", "remove", "accelerate", "kind"],
   passings: ["pass", "part"],
 };
 
@@ -175,6 +175,7 @@ export function inWords(events, event, held) {
     case "insert": return `${who(a)} comes`;
     case "remove": return `${who(a)} goes`;
     case "accelerate": return `${who(a)} gets another acceleration`;
+    case "kind": return `${who(a)} gets another kind`;
     case "pass": return `${both(a, b)} begin to pass through each other`;
     default: return `${both(b, a)} end to pass through each other`;
   }

@@ -4,7 +4,7 @@
 import { elapsed } from "./clock.mjs";
 import { PLAN, PULL, WHOLE, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 
-export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate", "hold"];
+export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate", "hold", "kind"];
 const DISC = 1;
 export const INSERT = 4;
 const REMOVE = 5;
