@@ -156,8 +156,8 @@ def _added(total: float, terms: npt.NDArray[np.float64]) -> float:
 
 class Rates(Observable):
     """Contacts a unit of time: of ``pairs`` and with ``walls``, of pairs a body (``Gamma``, each contact
-    counts for both), and of each two kinds, such as ``big-small``, ``big-wall``; of passings the beginning
-    counts."""
+    counts for both), and of each two kinds, such as ``big-small``, ``big-wall``: those that bodies have when
+    a sample is taken; of passings the beginning counts."""
 
     needs = "contacts"
     keeps = ("met", "last")
