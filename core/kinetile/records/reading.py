@@ -35,8 +35,8 @@ class EventFile(NamedTuple):
     metadata: dict[str, Any]
 
     def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
-        """Returns the kinds with which bodies came, by their numbers, such as a column of ``rows``, as an array
-        of objects: "wall" for a number below 0, None for one that no body of the file has."""
+        """Returns the kinds with which bodies came, by their numbers, such as a column of ``rows``, as an
+        array of objects: "wall" for a number below 0, None for one that no body of the file has."""
         return kinds_in(self.metadata["kinds"], bodies)
 
 

@@ -120,8 +120,8 @@ class Moment:
 
     def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: the present
-        ones of bodies that are there, those with which others came or come; "wall" for a number below 0, as in column ``b`` of
-        ``contacts``. Raises IndexError for a number that no body has been given."""
+        ones of bodies that are there, those with which others came or come; "wall" for a number below 0, as
+        in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given."""
         numbers = body_numbers(bodies)
         k, taken = self._engine.k, self._engine.taken
         bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
