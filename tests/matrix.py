@@ -44,8 +44,7 @@ REFUSED: dict[Cell, str] = {
         "player, computed",
         {
             "restitution | stop | pass | foreign response": "contacts are not all elastic",
-            "kinds that change": "contacts are not all elastic",
-            "commands, planned | commands, by hand": "the scene has commands",
+            "commands, planned | commands, by hand | kinds that change": "the scene has commands",
             "periodic x | periodic y | periodic xy": "an axis is periodic",
             "no arena": "the scene has no walls",
             "gravity": "bodies are accelerated",

@@ -69,6 +69,7 @@ class Page:
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
         bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
         changing = any(isinstance(each, SetKind) for each in scene.commands)  # then no kind is shown
+        responses = scene.meets if scene.responses and not changing else []
         names = [] if changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
         return {
             "format": 1,
@@ -88,7 +89,7 @@ class Page:
             "bodies": encode(vars(first.plans)),
             "kinds": names,
             "kind": [kinds.get(body, 0) for body in bodies] if len(names) > 1 else [],
-            "responses": [[each.name for each in row] for row in scene.meets] if scene.responses else [],
+            "responses": [[each.name for each in row] for row in responses],
             "shapes": list(map(_drawn, scene.shapes)),
             "shape": [shapes.get(body, -1) for body in bodies] if scene.shapes else [],
             "runs": runs,
