@@ -222,7 +222,7 @@ def page_computed(game: Game, folder: Path) -> None:
 
 def _untried(page: Any, folder: Path) -> str:
     """Returns why a page computes nothing, as it says it to its reader; "" where it does."""
-    commands = "[3, 4, 5].some((kind) => play.runs[0].motion.rows.kind.includes(kind))"
+    commands = "[3, 4, 5, 9, 11].some((kind) => play.runs[0].motion.rows.kind.includes(kind))"
     asked = f"return trial.reasonAgainst({{ held, bodies, commands: {commands} }}) ?? '';"
     return str(ask_node(folder, page, asked))
 

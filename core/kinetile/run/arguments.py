@@ -479,12 +479,9 @@ class StopAt:
     before: bool = False
 
 
-def is_meant(stop: StopAt | None, there: Iterable[Kind]) -> bool:
-    """Whether a contact is one to stop at, by the kinds that its bodies have then; none are of one kind."""
-    if stop is None or not stop.kinds or stop.bodies or stop.pairs:
-        return True
-    kinds = [stop.kinds] if isinstance(stop.kinds, str | int | np.integer) else [*stop.kinds]
-    return any(kind in kinds for kind in there or (0,))
+def is_meant(stop: WatchedContacts | None, there: Iterable[Kind]) -> bool:
+    """Whether a contact is one to stop at, by the kinds that its bodies have then."""
+    return stop is None or not stop.kinds or any(kind in stop.kinds for kind in there)
 
 
 def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None:
@@ -511,7 +508,8 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None
     for row, (a, b) in zip(table, pairs, strict=True):
         row.a, row.b = a, b
         flags[[each for each in (a, b) if each != NOBODY]] |= SOME
-    return WatchedContacts(flags, table, stop.before)
+    looked_at = scene.changing and not (bodies or pairs)
+    return WatchedContacts(flags, table, stop.before, tuple(kinds) if looked_at else ())
 
 
 def _several(given: Any, where: str, name: str, of: str) -> list[Any]:

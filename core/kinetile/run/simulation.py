@@ -41,7 +41,7 @@ from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
-from kinetile.scene import Insert, Remove, Scene, relabelled
+from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
 from kinetile.scene.responses import Kind
@@ -115,7 +115,7 @@ class Simulation(Moment):
             audit = arguments.read_count(audit, "audit", "contacts", 1)
         if room is not None:
             room = max(arguments.read_count(room, "room"), len(scene))
-        lives = live or any(isinstance(command, Insert | Remove) for command in scene.commands)
+        lives = live or Commands.of(scene) == Commands.ALL
         prepared = Prepared.of(scene, room) if lives else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
@@ -287,7 +287,7 @@ class Simulation(Moment):
                     event = self._with_kinds(
                         advance(engine, to, self._audit, None if progress is None else report)
                     )
-                    if event is None or (calls is None and arguments.is_meant(stops, event.kinds)):
+                    if event is None or (calls is None and arguments.is_meant(stop, event.kinds)):
                         return event
                     if calls is None:
                         continue

@@ -127,12 +127,16 @@ def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None
 
 def counted(commands: Iterable[Command]) -> str:
     """Returns how many commands of each kind there are, in words; "none" if there are none."""
-    words = {Turn: "turn", Accelerate: "acceleration", SetKind: "change of kind"}
-    words |= {Insert: "insertion", Remove: "removal"}
-    counts = Counter(words[type(command)] for command in commands)
-    found = [(word, counts[word]) for word in words.values() if counts[word]]
-    several = {word: word.replace("change", "changes") if " " in word else f"{word}s" for word, _ in found}
-    return ", ".join(f"{count:,} {several[word] if count > 1 else word}" for word, count in found) or "none"
+    words = {
+        Turn: ("turn", "turns"),
+        Accelerate: ("acceleration", "accelerations"),
+        SetKind: ("change of kind", "changes of kind"),
+        Insert: ("insertion", "insertions"),
+        Remove: ("removal", "removals"),
+    }
+    counts = Counter(map(type, commands))
+    found = (f"{counts[each]:,} {word[counts[each] > 1]}" for each, word in words.items() if counts[each])
+    return ", ".join(found) or "none"
 
 
 def speeds(commands: Iterable[Command]) -> list[float]:

@@ -433,8 +433,13 @@ def _toml(value: Any, where: str = "") -> str:
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
 
 
-_KINDS: dict[str, Any] = {"turn": Turn, "accelerate": Accelerate, "set-kind": SetKind}
-_KINDS |= {"insert": Insert, "remove": Remove}
+_KINDS: dict[str, Any] = {
+    "turn": Turn,
+    "accelerate": Accelerate,
+    "set-kind": SetKind,
+    "insert": Insert,
+    "remove": Remove,
+}
 
 _EFFECTS = {
     "turn": ("velocity", "a velocity", "[vx, vy]"),

@@ -206,11 +206,15 @@ class Scene:
         return own | {each.body: self.shapes.index(each.shape) for each in coming}
 
     @property
+    def changing(self) -> bool:
+        """Whether commands give bodies another kind."""
+        return any(isinstance(each, SetKind) for each in self.commands)
+
+    @property
     def answer(self) -> int:
         """The number of the specification that its contacts follow: ``ANSWER`` with accelerations or changes
         of kinds, 3 with shapes, 2 with a periodic axis, and otherwise 1; each contains those before."""
-        changing = any(isinstance(each, SetKind) for each in self.commands)
-        return ANSWER if self.bent or changing else 3 if self.shapes else 2 if self.periodic else 1
+        return ANSWER if self.bent or self.changing else 3 if self.shapes else 2 if self.periodic else 1
 
     @property
     def turns(self) -> tuple[Turn, ...]:

@@ -90,6 +90,8 @@ def test_runs_stop_and_call_by_the_kinds_of_the_moment() -> None:
     event = sim.run(3.0, stop_at=kt.StopAt(kinds=["ball"]))
     assert event is not None
     assert (event.kinds, round(event.time, 6)) == (("ball", "gate"), 1.6)
+    sim = kt.Simulation(scene)  # kinds that can be gone through once
+    assert sim.run(3.0, stop_at=kt.StopAt(kinds=iter(["ball"]))) == event
     called: list[tuple[str, float]] = []
 
     def changed(event: kt.Event) -> None:

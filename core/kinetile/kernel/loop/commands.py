@@ -219,7 +219,7 @@ def blocked_by(k: Kernel, command: Records) -> int:
 
 
 @hook
-def barred_by(k: Kernel, command: Records) -> int:
+def caught_in(k: Kernel, command: Records) -> int:
     """Return the slot of the eldest body that a body passes through, and would meet if it were of the kind of
     a command; or FREE."""
     found = FREE

@@ -16,9 +16,9 @@ from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
 from kinetile.kernel.loop.commands import (
     FREE,
-    barred_by,
     blocked_by,
     carry_out,
+    caught_in,
     foresee_ledge,
     has_vacancy,
     must_wait,
@@ -100,7 +100,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     if command.code == INSERTED and command.fits == 0:
         blocker = blocked_by(k, command)
     if PASSING and command.code == OF_KIND:
-        blocker = barred_by(k, command)
+        blocker = caught_in(k, command)
     if blocker != FREE:
         clock.fault.a = command.body
         clock.fault.b = blocker

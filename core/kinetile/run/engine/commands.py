@@ -90,8 +90,13 @@ class Command(NamedTuple):
         return made
 
 
-_KINDS: dict[int, Any] = {TURNED: Turn, ACCELERATED: Accelerate, OF_KIND: SetKind}
-_KINDS |= {INSERTED: Insert, REMOVED: Remove}
+_KINDS: dict[int, Any] = {
+    TURNED: Turn,
+    ACCELERATED: Accelerate,
+    OF_KIND: SetKind,
+    INSERTED: Insert,
+    REMOVED: Remove,
+}
 _CODES = {kind: code for code, kind in _KINDS.items()}
 
 _COLUMNS = {
@@ -127,11 +132,10 @@ def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...
     """Returns the values of a command's row, with other ``values`` of its columns."""
     given = command._asdict()
     del given["time"], given["at"]
-    if isinstance(command, SetKind):
-        given["kind"] = scene.kinds.index(command.kind)
+    if isinstance(command, Insert | SetKind):
+        given["kind"] = 0 if command.kind is None else scene.kinds.index(command.kind)
     if isinstance(command, Insert):
-        kind, shape = command.kind, command.shape
-        given["kind"] = 0 if kind is None else scene.kinds.index(kind)
+        shape = command.shape
         given["acceleration"] = pull_of(command, scene.gravity)
         given["shape"] = number_of(shape, command.mass, scene) if isinstance(shape, Shape) else 0
     values["code"] = _CODES[type(command)]

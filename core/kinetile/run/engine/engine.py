@@ -87,11 +87,13 @@ FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
 class WatchedContacts(NamedTuple):
-    """Contacts to stop at, or ``before`` them: ``flags`` by numbers of bodies, and ``pairs`` of numbers."""
+    """Contacts to stop at, or ``before`` them: ``flags`` by numbers of bodies, and ``pairs`` of numbers; of
+    these, if there are ``kinds``, those alone of a body that is of one of them then."""
 
     flags: npt.NDArray[np.uint8]
     pairs: Any
     before: bool
+    kinds: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -499,8 +501,8 @@ class Engine(Tables):
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
             rows["fits"] = True
-        slower = code in (REMOVED, OF_KIND)
-        bounds, needed = (self.bounds, 0.0) if slower else self._bounds_with(rows, inserts)
+        no_faster = code in (REMOVED, OF_KIND)
+        bounds, needed = (self.bounds, 0.0) if no_faster else self._bounds_with(rows, inserts)
         faster = needed > self.speed
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet

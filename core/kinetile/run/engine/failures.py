@@ -138,6 +138,10 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
         who, other = k.queue.view(np.ndarray)["number"][blocker], k.bodies.view(np.ndarray)[blocker].copy()
 
     def text() -> str:
+        when, number = clock.moment(ticks)[0], int(command["body"])
+        if command["code"] == OF_KIND:
+            why = f"body {number} is passing through body {who}, which it would meet then"
+            return f"at time {when!r} the kind stays: {why}; wait until they have parted"
         x, y, radius = (command[name].item() for name in ("x", "y", "radius"))
         message = f"it reaches into body {who}"
         if other is None:
@@ -150,10 +154,6 @@ def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
             deep = radius + other["radius"].item() - math.hypot(*away.tolist())
             message = f"it reaches {deep:.6g} into body {who}"
         place = f"at ({x!r}, {y!r})" + ("" if len(k.forms) else f" with radius {radius!r}")
-        when, number = clock.moment(ticks)[0], int(command["body"])
-        if command["code"] == OF_KIND:
-            why = f"body {number} is passing through body {who}, which it would meet then"
-            return f"at time {when!r} the kind stays: {why}; wait until they have parted"
         return f"at time {when!r} there is no room for body {number} {place}: {message}; nothing has changed"
 
     return NoRoom(text)

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from kinetile.errors import legible
 from kinetile.kernel.clock import TICKS
-from kinetile.scene import Scene, SetKind
+from kinetile.scene import Scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT, escape, outline_of
@@ -68,9 +68,9 @@ class Page:
         length = (end - first.begin) / TICKS * scene.time_unit
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
         bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
-        changing = any(isinstance(each, SetKind) for each in scene.commands)  # then no kind is shown
-        responses = scene.meets if scene.responses and not changing else []
-        names = [] if changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
+        # Of a scene whose kinds change a page has none: it would show those of the start.
+        responses = scene.meets if scene.responses and not scene.changing else []
+        names = [] if scene.changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
         return {
             "format": 1,
             "start": scene.start,
