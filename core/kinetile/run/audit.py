@@ -344,17 +344,20 @@ def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator
     known = np.flatnonzero(partner >= 0)
     known = known[queue.seen[known] == k.stamps[partner[known]]]
     expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
-    meetings, walls = _computed_again(k, composition, np.concatenate([near, expected]))
+    meetings, images, walls = _computed_again(k, composition, np.concatenate([near, expected]))
     yield from _of_walls(k, walls)
     yield from _of_partners(k, known, meetings[len(near) :])
+    if len(k.images):
+        yield from _of_images(k, known, images[len(near) :])
     meetings = meetings[: len(near)]
     if composition.mixed:  # bounds say nothing of what is after the end of a chord
         meetings = np.where(meetings < k.bodies.end[near].min(axis=1, initial=NEVER), meetings, NEVER)
     yield from _of_near(k, near, meetings)
 
 
-def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers]:
-    """Returns when each pair, and each body and a wall, meet by their plans; NEVER for barred pairs."""
+def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers, Integers]:
+    """Returns when each pair meets by its plans, NEVER if it is barred, and through which image, (n, 2); and
+    when each body meets a wall."""
     pair, wall = composition.pair, composition.wall
     parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
     parts |= {"PASSING": composition.passing, "PERIODIC": bool(composition.prepared.periodic)}
@@ -366,9 +369,10 @@ def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[
     if wall is not None:
         parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
+    images = np.zeros((len(pairs), 2), np.int64)
     aside = k._replace(clock=k.clock.copy())  # a fault that a narrow phase reports must not end the run
-    compose(compute_again, parts, "audit", Kernel)(aside, pairs, meetings, walls)
-    return meetings, walls
+    compose(compute_again, parts, "audit", Kernel)(aside, pairs, meetings, images, walls)
+    return meetings, images, walls
 
 
 def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
@@ -392,6 +396,16 @@ def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Com
         text = f"the contact of bodies {a} and {b} is awaited {said_tick(tick[at])}"
         text += "" if exact[at] else " at the earliest"
         yield Complaint(f"{text}, but by their plans they meet {said_tick(meetings[at])}", (a, b))
+
+
+def _of_images(k: Kernel, known: Integers, images: Integers) -> Iterator[Complaint]:
+    """A contact whose tick is exact is awaited through the image through which it is."""
+    found = np.column_stack([k.images.m, k.images.n])[known]
+    meets = (k.queue.exact[known] == 1) & (k.queue.tick[known] != NEVER)
+    for at in np.flatnonzero(meets & (found != images).any(axis=1)).tolist():
+        a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
+        text = f"the contact of bodies {a} and {b} is awaited through the image {found[at].tolist()}"
+        yield Complaint(f"{text}, but by their plans it is through {images[at].tolist()}", (a, b))
 
 
 def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
@@ -426,7 +440,7 @@ PERIODIC = MIXED = RESTING = False
 reach_wall = to_be_filled_in
 
 
-def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) -> None:
+def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers, walls: Integers) -> None:
     """Writes down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     bodies = k.bodies
@@ -447,6 +461,9 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, walls: Integers) 
             if not past:
                 first = elder(k, a, b)
                 meetings[pair] = meeting(k, first, a + b - first)
+                if PERIODIC:
+                    images[pair, 0] = k.clock[0].torus.m
+                    images[pair, 1] = k.clock[0].torus.n
 
 
 def _touching(k: Kernel, near: Pairs, delta: float, composition: Composition) -> Iterator[Complaint]:

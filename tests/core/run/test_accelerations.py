@@ -373,3 +373,22 @@ def test_what_has_passed_passes_again_on_its_way_back(phase: str, more: dict):
     assert [each[1:] for each in found] == [(0, 1), (1, 0), (0, 1), (1, 0)]
     times = [2.5 - outer, 2.5 - inner, 2.5 + inner, 2.5 + outer]
     assert [each[0] for each in found] == pytest.approx(times)
+
+
+@pytest.mark.parametrize("phase", ["naive", "cells", "sap-1d", "sap-2d"])
+def test_a_contact_came_through_the_image_of_another_guess(phase: str) -> None:
+    """A guess was wrong, another pair came first, and its normal was that through the image of the guess."""
+    scene = kt.Scene(
+        [(0.75, 2.75), (1.0, 0.75), (2.0, 1.0), (2.5, 1.5), (0.25, 0.75)],
+        [(0.5, 0.0), (-1.0, -2.0), (2.0, 0.0), (0.0, -2.0), (1.0, 0.5)],
+        [0.25, 0.5, 0.25, 0.375, 0.25],
+        [0.5, 2.0, 0.5, 2.0, 2.0],
+        arena=(3.0, 3.0),
+        periodic="y",
+        acceleration=[(0.0, 0.0), (-0.25, 0.0), (-2.0, 0.0), (0.0, 0.0), (0.0, 0.0)],
+    )
+    sim = kt.Simulation(scene, phase, audit=1)
+    sim.run(0.375)
+    rows = [((epoch << 52) + tick, a, b) for _, epoch, tick, a, b in sim.contacts.tolist()]
+    assert len(rows) == 6
+    assert rows == by_the_rules.answer(scene, 6, 1 << 60).contacts

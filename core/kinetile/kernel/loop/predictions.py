@@ -179,6 +179,8 @@ def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -
             second = meeting(k, older, h + other - older)
             if second < tick:
                 first, second, who = second, tick, other
+                if PERIODIC:
+                    await_through(k, h)
             soon = rest
         second = smaller(second, not_before(at, soon * per_time))
         told = first < second or second == NEVER
