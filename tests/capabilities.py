@@ -37,6 +37,9 @@ BY_HAND = Commands((0.5, (5.25, 4.75), (-2.75, -1.25)), (1.75, 1), (3.0, 5))
 CHANGED = ((1.0, 2, "c"), (1.25, 4, "c"), (2.5, 2, "a"), (1.125, 0, "c"))
 """Which bodies are of another kind from a time on: those of the scene, and by hand."""
 
+MOVED = ((1.125, 4, (0.5, 0.875)), (1.375, 6, (0.5, 3.875)), (1.625, 5, (4.375, 4.5)))
+"""Which bodies are elsewhere from a time on: the last of them by hand."""
+
 FORMS = (
     kt.box(0.5, 0.375),
     kt.disc(0.25),
@@ -59,6 +62,7 @@ class Draft:
         planned: whether the scene has commands.
         by_hand: whether commands are given by hand.
         changing: whether bodies get another kind, "c", by commands of the scene and by hand.
+        moving: whether bodies are moved, by commands of the scene and by hand.
         narrow: the narrow phase for pairs; None: the usual one.
     """
 
@@ -70,6 +74,7 @@ class Draft:
     planned: bool = False
     by_hand: bool = False
     changing: bool = False
+    moving: bool = False
     narrow: str | None = None
 
     def framed(self, **more: Any) -> Draft:
@@ -112,6 +117,9 @@ class Draft:
         if self.changing:
             changes = [kt.SetKind(body, time, kind) for time, body, kind in CHANGED[:-1]]
             frame["commands"] = [*frame.get("commands", ()), *changes]
+        if self.moving:
+            moves = [kt.Move(body, time, place) for time, body, place in MOVED[:-1]]
+            frame["commands"] = [*frame.get("commands", ()), *moves]
         if self.narrow is not None:
             walls = () if frame["arena"] is None or frame.get("periodic") == "xy" else ("wall",)
             frame["settings"] = kt.Settings(narrow_phases=(self.narrow, *walls))
@@ -129,14 +137,16 @@ Rows = list[tuple[int, int, int, int]]
 @dataclass(frozen=True)
 class Capability:
     """A row of the matrix: its name, what it does to a draft, and whether two bodies that met show it, by
-    their numbers, the lower first."""
+    their numbers, the lower first; or whether a run at its end does."""
 
     name: str
     change: Callable[[Draft], Draft]
     shows: Callable[[Game, int, int], bool] = lambda game, a, b: True
+    ended: Callable[[kt.Simulation], bool] = lambda sim: True
 
-    def seen(self, game: Game, rows: Rows) -> bool:
-        return any(self.shows(game, a, b) for _, _, a, b in rows if b >= 0)
+    def seen(self, game: Game, sim: kt.Simulation) -> bool:
+        met = any(self.shows(game, a, b) for _, _, a, b in rows_of(sim) if b >= 0)
+        return met and self.ended(sim)
 
 
 def _of(game: Game, kinds: str, *bodies: int) -> bool:
@@ -169,11 +179,21 @@ def _obstacles(draft: Draft) -> Draft:
     return draft.framed(obstacles=[kt.Obstacle(kt.box(1.0, 0.25), (2.0, 2.25)), *rail])
 
 
+def _rest(draft: Draft) -> Draft:
+    """Gravity, and bodies that settle: by the end some lie on the floor."""
+    return draft.framed(gravity=(0.0, -0.5)).ruled({("*", "*"): SETTLING, ("*", "wall"): SETTLING})
+
+
+def _rests(sim: kt.Simulation) -> bool:
+    return bool((sim.velocities()[:, 1] == 0.0).any())
+
+
 def _periodic(axes: str) -> Capability:
     return Capability(f"periodic {axes}", lambda draft: draft.framed(periodic=axes))
 
 
 RESTITUTION = kt.Response("restitution", e=0.5, contact_time=2.0**-6)
+SETTLING = kt.Response("restitution", e=0.25, contact_time=2.0**-6, settle=2.0)
 CAPABILITIES = (
     Capability("discs", lambda draft: draft),
     Capability("radii of many sizes", _sizes),
@@ -196,8 +216,10 @@ CAPABILITIES = (
         lambda draft: replace(draft, changing=True).ruled({("c", "*"): RESTITUTION}),
         lambda game, a, b: a in (0, 2, 4) and b % 2 == 1,
     ),
+    Capability("moves", lambda draft: replace(draft, moving=True), lambda game, a, b: 4 in (a, b)),
     *map(_periodic, ("x", "y", "xy")),
     Capability("gravity", lambda draft: draft.framed(gravity=(0.0, -0.5))),
+    Capability("rest", _rest, ended=_rests),
     Capability("no arena", lambda draft: draft.framed(arena=None)),
     Capability("shapes", lambda draft: replace(draft, shaped=True)),
     Capability("obstacles", _obstacles, lambda game, a, b: not {7, 8, 9}.isdisjoint((a, b))),
@@ -256,20 +278,22 @@ class Game:
         for name in names:
             draft = BY_NAME[name].change(draft)
         self.draft = draft
-        self.by_hand = draft.by_hand or draft.changing
+        self.by_hand = draft.by_hand or draft.changing or draft.moving
         self.scene = draft.scene()
         self.kinds = ["ab"[body % 2] if body < len(PLACES) else "-" for body in range(len(self.scene))]
 
     def simulation(self, phase: str = "naive", **more: Any) -> kt.Simulation:
-        return kt.Simulation(self.scene, phase, live=self.draft.by_hand, **more)
+        return kt.Simulation(self.scene, phase, live=self.draft.by_hand or self.draft.moving, **more)
 
     def play(self, sim: kt.Simulation, until: float = LASTS, **more: Any) -> kt.Simulation:
         """Runs a simulation on up to a time, with the commands that come before it."""
         insert, turn, remove = BY_HAND
         change, body, kind = CHANGED[-1]
+        move, moved, place = MOVED[-1]
         for given, time, command in (  # in the order of their times
             (self.draft.by_hand, insert[0], lambda: sim.insert(*insert[1:], **self.draft.newcomer())),
             (self.draft.changing, change, lambda: sim.set_kind(body, kind)),
+            (self.draft.moving, move, lambda: sim.set_position(moved, place)),
             (self.draft.by_hand, turn[0], lambda: sim.set_velocity(turn[1], TURNED)),
             (self.draft.by_hand, remove[0], lambda: sim.remove(remove[1])),
         ):

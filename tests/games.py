@@ -57,7 +57,7 @@ HOLLOW = (kt.segment((-0.5, 0.5), (0.5, -0.5)), kt.segment((-0.5, -0.25), (0.5, 
 
 SOLID = ("elastic", "restitution", "restitution", "stop")
 
-Command = kt.Turn | kt.Accelerate | kt.SetKind | kt.Insert | kt.Remove
+Command = kt.Turn | kt.Accelerate | kt.SetKind | kt.Move | kt.Insert | kt.Remove
 
 
 def draw_game(seed: int) -> kt.Scene:
@@ -126,6 +126,31 @@ def draw_changing_game(seed: int) -> kt.Scene:
             time = game.start + (rng.randrange(1, 24) / 4 if rng.random() < 0.6 else rng.uniform(0.0, 6.0))
             at = _moment(rng, game, time) if rng.random() < 0.3 else None
             command = kt.SetKind(rng.randrange(numbers), time, rng.choice(game.kinds), at)
+            if _accepts(game, [*commands, command]):
+                commands.append(command)
+        if len(commands) > len(game.commands):
+            with suppress(Refused):  # somebody settles where there is no arena
+                return kt.Simulation(game.replace(commands=commands), "naive").scene
+
+
+def draw_moving_game(seed: int) -> kt.Scene:
+    """Returns a game of any other sort in which bodies are moved, always the same for a seed. Some go where
+    there is no room: these end."""
+    rng = random.Random(f"moving game {seed}")
+    sorts = draw_game, draw_game_of_shapes, draw_bent_game, draw_resting_game, draw_changing_game
+    while True:
+        game = sorts[seed % len(sorts)](5 * rng.randrange(10**5))
+        commands, sides, until = [*game.commands], game.arena or (4.0, 4.0), game.settings.until
+        lasts = 6.0 if until is None else until - game.start
+        for _ in range(rng.randrange(1, 4)):
+            time = game.start + (rng.randrange(1, 24) / 24 if rng.random() < 0.6 else rng.random()) * lasts
+            lattice, room = rng.random() < 0.5, 1.0 if game.arena else 4.0
+            place = [
+                room * (rng.randrange(1, 16) / 16 if lattice else rng.uniform(0.05, 0.95)) * side
+                for side in sides
+            ]
+            body = rng.randrange(len(game) + sum(isinstance(each, kt.Insert) for each in game.commands))
+            command = kt.Move(body, time, (place[0], place[1]))
             if _accepts(game, [*commands, command]):
                 commands.append(command)
         if len(commands) > len(game.commands):

@@ -44,14 +44,14 @@ REFUSED: dict[Cell, str] = {
         "player, computed",
         {
             "restitution | stop | pass | foreign response": "contacts are not all elastic",
-            "commands, planned | commands, by hand | kinds that change": "the scene has commands",
+            "commands, planned | commands, by hand | kinds that change | moves": "the scene has commands",
             "periodic x | periodic y | periodic xy": "an axis is periodic",
             "no arena": "the scene has no walls",
-            "gravity": "bodies are accelerated",
+            "gravity | rest": "bodies are accelerated",
             "shapes | obstacles": "the bodies are not all discs",
         },
     ),
-    ("gravity", "space-time"): "has straight bands, and along y bodies are accelerated",
+    **_of("space-time", {"gravity | rest": "has straight bands, and along y bodies are accelerated"}),
     ("foreign response", "certify-log"): "the specification has elastic, pass, restitution, stop",
     ("foreign response", "second implementation"): "not elastic, restitution, stop, pass",
     ("foreign narrow phase", "second implementation"): "in the specification bodies meet each other",
@@ -66,8 +66,12 @@ REFUSED_TOGETHER: dict[Cell, str] = {
         "no arena",
         {"periodic x | periodic y | periodic xy": "expected an arena: its sides are the periods"},
     ),
-    ("periodic y", "gravity"): "none along y, which is periodic: nothing stops a fall there",
-    ("periodic xy", "gravity"): "none along y, which is periodic: nothing stops a fall there",
+    **{
+        (axes, each): "none along y, which is periodic: nothing stops a fall there"
+        for axes in ("periodic y", "periodic xy")
+        for each in ("gravity", "rest")
+    },
+    ("rest", "no arena"): "bodies settle by accelerations in an arena; the scene has no arena",
 }
 """Pairs of capabilities that are refused."""
 

@@ -222,7 +222,7 @@ def page_computed(game: Game, folder: Path) -> None:
 
 def _untried(page: Any, folder: Path) -> str:
     """Returns why a page computes nothing, as it says it to its reader; "" where it does."""
-    commands = "[3, 4, 5, 9, 11].some((kind) => play.runs[0].motion.rows.kind.includes(kind))"
+    commands = "[3, 4, 5, 9, 11, 12].some((kind) => play.runs[0].motion.rows.kind.includes(kind))"
     asked = f"return trial.reasonAgainst({{ held, bodies, commands: {commands} }}) ?? '';"
     return str(ask_node(folder, page, asked))
 
@@ -332,7 +332,7 @@ def together(game: Game, folder: Path) -> None:
     one capability alone."""
     sim = truth(game.names)
     for name in game.names:
-        assert BY_NAME[name].seen(game, rows_of(sim)), f"{name} does not come into play"
+        assert BY_NAME[name].seen(game, sim), f"{name} does not come into play"
     for phase in ("cells", "sap-1d", "sap-2d", "sweep-tiling", "power"):
         with suppress(Refused) if phase in ("sweep-tiling", "power") else nullcontext():
             same(game, game.played(phase, audit=17 if phase == "cells" else None))

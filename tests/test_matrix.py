@@ -8,7 +8,7 @@ import pytest
 
 import lanes
 import matrix
-from capabilities import BY_NAME, FOREIGN, Game, rows_of
+from capabilities import BY_NAME, FOREIGN, Game
 from kinetile.errors import KinetileError
 from observations import COLUMNS, together, truth
 from registering import fixture
@@ -61,7 +61,7 @@ def test_a_capability_with_another_one(one, other, tmp_path):
 @pytest.mark.parametrize("name", BY_NAME)
 def test_a_capability_comes_into_play(name):
     game = Game(name)
-    assert BY_NAME[name].seen(game, rows_of(truth(game.names)))
+    assert BY_NAME[name].seen(game, truth(game.names))
 
 
 def test_listed_cells_are_cells():
@@ -87,5 +87,5 @@ def test_two_capabilities_with_what_is_done_with_a_run(row, column, tmp_path):
     """Two that meet in more than contacts: a passing of shapes has an exact end of its own, and without walls
     accelerated bodies become ever faster."""
     game = Game(row, WITH[row])
-    assert BY_NAME[WITH[row]].seen(game, rows_of(truth(game.names)))
+    assert BY_NAME[WITH[row]].seen(game, truth(game.names))
     COLUMNS[column].observe(game, tmp_path)

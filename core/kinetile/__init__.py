@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import resume as resume
     from kinetile.scene import Accelerate as Accelerate
     from kinetile.scene import Insert as Insert
+    from kinetile.scene import Move as Move
     from kinetile.scene import Remove as Remove
     from kinetile.scene import Response as Response
     from kinetile.scene import Scene as Scene

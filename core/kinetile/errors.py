@@ -322,9 +322,10 @@ _INSTEAD = {
     "kinetile.Scene(position, velocity, radius), which has a row for each body": "body bodies particle "
     "particles",
     "sim.run(until=...)": "run advance update evolve integrate solve step-until",
-    "sim.remove(body), then sim.insert(position, velocity, radius), which returns its new number: a position "
-    "follows from a flight plan": "set-position set-positions set-pos move move-to teleport translate "
-    "set-radius set-mass set-shape",
+    "sim.remove(body), then sim.insert(position, velocity, radius), which returns its new number": (
+        "set-radius set-mass set-shape"
+    ),
+    "sim.set_position(body, position)": "set-positions set-pos move move-to teleport translate",
     "sim.set_kind(body, kind)": "set-filter set-group set-category set-layer set-type",
     "sim.set_velocity(body, velocity)": "apply-impulse impulse kick push set-speed accelerate",
     "sim.insert(position, velocity, radius)": "add add-body add-disc add-circle add-particle spawn create",

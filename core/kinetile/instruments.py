@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         HELD,
         INSERTED,
         LEFT,
+        MOVED,
         OF_KIND,
         REANCHORED,
         REMOVED,

@@ -150,29 +150,50 @@ export class Run {
     } else if (what === "kind") {
       if (!this.setKind(body, command.kind)) return;
     } else if (what === "insertion") {
-      const { arena, periods, responses } = this.scene;
-      const plan = wrap(makePlan(x, y, vx, vy, this.now, 0n, 0n, ax, ay), periods);
-      const others = [...this.bodies.values()].filter(({ kind }) => pairResponse(responses, kind, command.kind).name !== "pass");
-      const there = others.map((other) => ({ ...other, plan: this.present(other) }));
-      if (!hasRoom(command, plan, there, arena, periods, this.shaped)) {
-        this.ended = "no room";
-        return;
-      }
-      const { pairs } = this.enter(number, command, plan);
-      yield this.told(what, number, null);
-      for (const pair of pairs.sort(byNumbers)) yield* this.beginOverlaps(pair);
+      yield* this.insert(what, number, command, makePlan(x, y, vx, vy, this.now, 0n, 0n, ax, ay));
+      return;
+    } else if (what === "move") {
+      const now = this.present(body);
+      const plan = makePlan(x, y, now.vx, now.vy, this.now, 0n, 0n, ...body.whole);
+      if (this.hasRoom({ ...body, x, y }, plan, body)) yield* this.remove(body);
+      yield* this.insert(what, number, { ...body, x, y }, plan);
+      this.freeFrom(body);
       return;
     } else {
-      for (const pair of body.pairs.sort(byNumbers)) for (const passing of [...pair.passings]) yield this.end(pair, passing);
-      this.bodies.delete(number);
-      for (const pair of body.pairs) {
-        this.pairs.delete(pair);
-        const other = pair.a === body ? pair.b : pair.a;
-        other.pairs = other.pairs.filter((each) => each !== pair);
-      }
+      yield* this.remove(body);
       this.freeFrom(body);
     }
     yield this.told(what, number, null);
+  }
+
+  /** Whether a body {x, y, and what a body has} with a plan has room, beside all others or all but one. */
+  hasRoom(command, plan, but = null) {
+    const { arena, periods, responses } = this.scene;
+    const others = [...this.bodies.values()].filter((each) => each !== but && pairResponse(responses, each.kind, command.kind).name !== "pass");
+    const there = others.map((other) => ({ ...other, plan: this.present(other) }));
+    return hasRoom(command, wrap(plan, periods), there, arena, periods, this.shaped);
+  }
+
+  /** A body comes, or has moved: it begins to pass what it overlaps and passes. Without room the answer ends. */
+  *insert(what, number, command, plan) {
+    if (!this.hasRoom(command, plan)) {
+      this.ended = "no room";
+      return;
+    }
+    const { pairs } = this.enter(number, command, plan);
+    yield this.told(what, number, null);
+    for (const pair of pairs.sort(byNumbers)) yield* this.beginOverlaps(pair);
+  }
+
+  /** A body goes, after the ends of what it passes. */
+  *remove(body) {
+    for (const pair of body.pairs.sort(byNumbers)) for (const passing of [...pair.passings]) yield this.end(pair, passing);
+    this.bodies.delete(body.number);
+    for (const pair of body.pairs) {
+      this.pairs.delete(pair);
+      const other = pair.a === body ? pair.b : pair.a;
+      other.pairs = other.pairs.filter((each) => each !== pair);
+    }
   }
 
   /** Gives a body another kind, and says whether it may have that now (rule 11k). */

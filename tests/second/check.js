@@ -14,7 +14,7 @@ import { difference, makeShape, shapeNormal, shapeTouch } from "./shapes.js";
 
 const SHOWN = 5; // how many wrong answers are printed
 const RUNS = ["runs", "rules"]; // the folders of whole runs
-const HAPPENING = ["clock", "turn", "acceleration", "kind", "wall", "pair", "insertion", "removal", "leaving", "begin", "end"];
+const HAPPENING = ["clock", "turn", "acceleration", "kind", "move", "wall", "pair", "insertion", "removal", "leaving", "begin", "end"];
 
 const velocity = ([vx, vy]) => ({ vx, vy });
 const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });

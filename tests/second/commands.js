@@ -1,6 +1,6 @@
-// Rules 2, 2a and 11k: commands: turns, other accelerations and kinds, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
+// Rules 2, 2a, 11k and 11m: commands: turns, moves, other accelerations and kinds, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
 //
-// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, another kind that, an insertion all of these and what a body has.
+// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, another kind that, a move x and y, an insertion all of these and what a body has.
 
 import { acceleration } from "./bent.js";
 import { tickOf } from "./clock.js";
@@ -57,13 +57,17 @@ export function readTurn(table, body, name) {
 }
 
 function readCommand(table, shapes, kind, gravity, name) {
-  keys(table, ["time", "at", "turn", "velocity", "accelerate", "acceleration", "insert", "remove", "set-kind", "kind"], name);
+  keys(table, ["time", "at", "turn", "velocity", "accelerate", "acceleration", "insert", "remove", "set-kind", "kind", "move", "position"], name);
   const time = number(table.time, `${name}.time`);
   const at = "at" in table ? moment(table.at, `${name}.at`) : null;
   if ("remove" in table) return { what: "removal", body: count(table.remove, `${name}.remove`), time, at };
   if ("insert" in table) return { what: "insertion", time, at, ...readInserted(table.insert, shapes, kind, gravity, `${name}.insert`) };
   if ("set-kind" in table) {
     return { what: "kind", body: count(table["set-kind"], `${name}.set-kind`), time, at, kind: readKind(table.kind, `${name}.kind`) };
+  }
+  if ("move" in table) {
+    const [x, y] = pair(table.position, `${name}.position`);
+    return { what: "move", body: count(table.move, `${name}.move`), time, at, x, y };
   }
   if ("accelerate" in table) {
     const [ax, ay] = pair(table.acceleration, `${name}.acceleration`);

@@ -139,7 +139,7 @@ def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [games.draw_bent_game, games.draw_changing_game])
+@pytest.mark.parametrize("draw", [games.draw_bent_game, games.draw_changing_game, games.draw_moving_game])
 @pytest.mark.parametrize("seed", first(1, range(200)))
 def test_a_game_is_one_in_both_and_under_another_phase_and_is_certified(
     draw: Callable[[int], kt.Scene], seed: int, tmp_path: Path

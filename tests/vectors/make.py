@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
-from kinetile.kernel.log import INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED, Fingerprint
+from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, Fingerprint
 from kinetile.scene.files import loads_scene
 from kinetile_accuracy.specification import shapes
 from kinetile_accuracy.specification.arithmetic import (
@@ -207,6 +207,7 @@ _OTHERS = {
     TURNED: "turn",
     ACCELERATED: "acceleration",
     OF_KIND: "kind",
+    MOVED: "move",
     INSERTED: "insertion",
     REMOVED: "removal",
     LEAVING: "leaving",
@@ -267,7 +268,7 @@ def _answered(run: dict[str, Any], folder: str) -> str:
     told |= {"ended": "no room"} if counted["no room"] else {}
     *head, (_, bodies) = run["scene"].items()
     first = [[str(epoch), str(tick), a, b] for epoch, tick, a, b in contacts[:SHOWN]]
-    more = [kind for kind in ("acceleration", "kind", "leaving") if counted[kind]]
+    more = [kind for kind in ("acceleration", "kind", "move", "leaving") if counted[kind]]
     counts = {kind: counted[kind] for kind in (*COUNTED[folder], *more)}
     return "\n".join(
         [

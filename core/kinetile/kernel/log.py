@@ -19,13 +19,13 @@ ANSWER = 5
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
 number.
 
-Answer 2 adds periodic axes to answer 1, answer 3 shapes, and answer 5 accelerations and kinds that change.
+Answer 2 adds periodic axes to answer 1, answer 3 shapes, answer 5 accelerations, kinds that change and moves.
 (Answer 4 had gravity in frames that fell, and was never released.)
 ``Scene.answer`` is the first that has what the scene needs. Event files without a number are of answer 0,
 from before there was a specification."""
 
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
-TURNED, REANCHORED, INSERTED, REMOVED, ACCELERATED, HELD, OF_KIND = -5, -6, -7, -8, -9, -10, -11
+TURNED, REANCHORED, INSERTED, REMOVED, ACCELERATED, HELD, OF_KIND, MOVED = range(-5, -13, -1)
 WALLS = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
 
 CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
@@ -45,10 +45,10 @@ LOG = np.dtype(
 """One event that changed a flight plan: as CONTACT, and -5 for a turn, -6 for a re-anchoring that keeps the
 velocity, -7 for an inserted body, -8 for a removed one, with its last plan, -9 for one with another
 acceleration, -10 for one that is held or let go by supports, after the row of the event that does so if there
-is one, -11 for one of another kind from then on; then position and velocity of both bodies right after it
-(NaN for ``b`` where there is no second body, and for both where they begin or end to pass through each other:
-no plan changes). Where bodies are accelerated, rows of -7, -9 and -10 have the present acceleration in the
-place of ``b``'s position."""
+is one, -11 for one of another kind from then on, -12 for one that is elsewhere from then on; then position
+and velocity of both bodies right after it (NaN for ``b`` where there is no second body, and for both where
+they begin or end to pass through each other: no plan changes). Where bodies are accelerated, rows of -7, -9,
+-10 and -12 have the present acceleration in the place of ``b``'s position."""
 
 
 def digestible(contacts: npt.NDArray[np.void]) -> bytes:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import INSERTED, LOG, REMOVED
+from kinetile.kernel.log import INSERTED, LOG, MOVED, REMOVED
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
@@ -127,8 +127,10 @@ class Trajectory:
         order, off = self._flights.by_body, whole_periods(self._strayed[0], self.scene.periods)
         body, off = self._flights.body[order], off[order]
         sums = np.cumsum(off, axis=0)
+        begins = self.rows["b"][self._flights.row[order]] == MOVED  # then they are counted anew
+        begins |= np.append(True, body[1:] != body[:-1])[: len(body)]
         found = np.empty_like(sums)
-        found[order] = sums - (sums - off)[np.searchsorted(body, body)]
+        found[order] = sums - (sums - off)[np.maximum.accumulate(np.where(begins, np.arange(len(body)), 0))]
         return found
 
     @cached_property
@@ -141,17 +143,17 @@ class Trajectory:
         unit = self._clock.unit
         time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
         since = np.where(first, 0.0, time[flights.before])
-        came = rows["b"] == INSERTED  # it does not exist before
+        came, moved = rows["b"] == INSERTED, rows["b"] == MOVED  # it does not exist before, or was elsewhere
         begins, flies = place.copy(), np.zeros_like(place)
         starts = ~came & first & (body < len(self.scene))
         begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
         coming = {each.body: each.position for each in self.scene.commands if isinstance(each, Insert)}
         for k in np.flatnonzero(came).tolist():
             begins[k] = coming.get(int(body[k]), begins[k])
-        before = np.where(first[:, None], begins, place[flights.before])
+        before = np.where((first | moved)[:, None], begins, place[flights.before])
         flies = np.where(first[:, None], flies, velocity[flights.before])
         size = np.abs(before) + np.abs(place) + np.abs(flies) * (np.abs(time) + unit)[:, None]
-        time = np.where(came, 0.0, time - since)
+        time = np.where(came | moved, 0.0, time - since)
         begin, later = self._accelerations
         pull = np.where(first[:, None], begin[body], later[flights.before])
         flown = positions_after(self._plan(before, flies, pull), time)

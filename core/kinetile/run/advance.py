@@ -14,7 +14,7 @@ import numpy as np
 from kinetile.errors import Refused
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.images import BEAT
-from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.loop import PASSES
@@ -36,16 +36,19 @@ MOST_ANCHORED = 10**9
 """The number of rows above which a recording is refused that would have them for the clock alone."""
 
 EventKind: TypeAlias = Literal[
-    "structural", "turn", "accelerate", "kind", "insert", "remove", "wall", "disc", "pass", "part"
+    "structural", "turn", "accelerate", "kind", "move", "insert", "remove", "wall", "disc", "pass", "part"
 ]
 
 COMMANDS: dict[int, EventKind] = {
     TURNED: "turn",
     ACCELERATED: "accelerate",
     OF_KIND: "kind",
+    MOVED: "move",
     INSERTED: "insert",
     REMOVED: "remove",
 }
+
+_CODES = {kind: code for code, kind in COMMANDS.items()}
 
 KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",
@@ -228,8 +231,10 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
                 continue  # no event has run yet: in tables that have grown another one may be the next
             engine.build()
-            if event is not None and event.kind == "remove":  # it comes after the passings that it ends
-                pending_events.append((event.epoch, event.tick, event.bodies[0], REMOVED))
+            if event is not None and event.kind in ("remove", "move"):  # after the passings that it ends
+                ended = sum(a > b for *_, a, b in pending_events)
+                command = (event.epoch, event.tick, event.bodies[0], _CODES[event.kind])
+                pending_events.insert(ended, command)
             elif event is not None and event.kind in ("structural", "turn", "accelerate", "kind", "insert"):
                 return event
         elif end.ticks is None and engine.next_command is None and engine.rests:
@@ -340,8 +345,8 @@ def _is_watched(k: Kernel, a: int, b: int) -> bool:
 def _event_of_row(engine: Engine, row: ContactRow) -> Event:
     epoch, tick, a, b = row
     k, when = engine.k, engine.clock.moment(epoch * TICKS + tick)
-    if b == REMOVED:
-        return Event(*when, "remove", (a,))
+    if b in (REMOVED, MOVED):
+        return Event(*when, COMMANDS[b], (a,))
     if b < 0:
         return Event(*when, "wall", (a,), wall=WALLS[b])
     if b < a:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
@@ -33,7 +33,7 @@ from kinetile.scene.checks import (
     is_number,
     shown,
 )
-from kinetile.scene.commands import check_command, numbered, shape_of, with_shape
+from kinetile.scene.commands import check_command, check_move, numbered, shape_of, with_shape
 from kinetile.scene.frame import check_support
 from kinetile.scene.reader import pull_of
 from kinetile.scene.responses import Kind, no_kind, settles
@@ -443,6 +443,22 @@ def read_kind(engine: Engine, body: object, kind: object) -> Rows:
     if not is_kind(kind) or as_kind(kind) not in kinds:
         raise ValueError(no_kind(kind, kinds))
     rows["kind"] = kinds.index(as_kind(kind))
+    return rows
+
+
+def read_move(engine: Engine, body: object, position: object) -> Rows:
+    """Returns the command that moves a body now; IndexError for a body that is not present, ValueError for
+    no place. That it is within the walls is not checked."""
+    rows, field = engine.command_rows(MOVED), VALUES["position"]
+    rows["body"] = number = read_body(engine, body)
+    rows["mass"] = engine.k.mass[engine.k.slots[number]]
+    if wrong := field.expected(position):
+        raise ValueError(f"the position of body {number} is {shown(position)}; expected {wrong}")
+    rows["x"], rows["y"] = place = field.plain(position)
+    scene = engine.scene
+    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
+    for mistake in check_move(place, "", extent) if extent is not None else ():
+        raise ValueError(f"the position of body {number} is {mistake.found}; expected {mistake.expected}")
     return rows
 
 

@@ -18,7 +18,7 @@ from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
-from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
 from kinetile.plugin.choices import called
@@ -401,6 +401,21 @@ class Simulation(Moment):
         """
         with self._alone("give a body another kind"):
             self._engine.carry_out(OF_KIND, arguments.read_kind(self._engine, body, kind))
+
+    @answering
+    def set_position(self, body: int, position: Numbers) -> None:
+        """Moves a body now: it is there from here on, and flies on with its velocity, as if it had been
+        removed and inserted at once, with the same number: what it passes through or rests on ends.
+
+        A refused call leaves everything unchanged.
+
+        Raises:
+            IndexError, BusyError: as ``set_velocities``.
+            ValueError: a position is not two finite numbers.
+            Refused: it would reach into a body or beyond a wall (the error names it, with the depth).
+        """
+        with self._alone("move a body"):
+            self._engine.carry_out(MOVED, arguments.read_move(self._engine, body, position))
 
     @answering
     def set_accelerations(self, bodies: npt.ArrayLike, accelerations: npt.ArrayLike) -> None:

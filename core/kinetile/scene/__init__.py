@@ -3,6 +3,7 @@
 from kinetile.scene.commands import Accelerate as Accelerate
 from kinetile.scene.commands import Command as Command
 from kinetile.scene.commands import Insert as Insert
+from kinetile.scene.commands import Move as Move
 from kinetile.scene.commands import Remove as Remove
 from kinetile.scene.commands import SetKind as SetKind
 from kinetile.scene.commands import Turn as Turn

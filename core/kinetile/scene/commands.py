@@ -93,7 +93,18 @@ class SetKind(NamedTuple):
     at: tuple[int, int, int] | None = None
 
 
-Command: TypeAlias = Turn | Insert | Remove | Accelerate | SetKind
+@constructed
+class Move(NamedTuple):
+    """A change of one body's place: at ``time`` it is at ``position``, with the velocity that it has then,
+    as if it had gone there and come in one tick (rule 11m)."""
+
+    body: int
+    time: float
+    position: Numbers
+    at: tuple[int, int, int] | None = None
+
+
+Command: TypeAlias = Turn | Insert | Remove | Accelerate | SetKind | Move
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
@@ -131,6 +142,7 @@ def counted(commands: Iterable[Command]) -> str:
         Turn: ("turn", "turns"),
         Accelerate: ("acceleration", "accelerations"),
         SetKind: ("change of kind", "changes of kind"),
+        Move: ("move", "moves"),
         Insert: ("insertion", "insertions"),
         Remove: ("removal", "removals"),
     }
@@ -179,7 +191,7 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
     if not isinstance(command, Command):
-        kinds = ("Accelerate(...)", "Insert(...)", "Remove(...)", "SetKind(...)")
+        kinds = ("Accelerate(...)", "Insert(...)", "Move(...)", "Remove(...)", "SetKind(...)")
         expected = f"{', '.join(f'kinetile.{each}' for each in kinds)} or kinetile.Turn(...)"
         return [Mistake(where, shown(command), expected)]
     mistakes = []
@@ -189,6 +201,8 @@ def check_command(command: Any, where: str, start: float | None, extent: Extent 
         )
     if isinstance(command, Insert) and extent is not None and not mistakes:
         mistakes += _check_place(command, where, extent)
+    if isinstance(command, Move) and extent is not None and not mistakes:
+        mistakes += check_move(command.position, f"{where}.position", extent)
     return mistakes
 
 
@@ -203,6 +217,16 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
         there = f"the number of a body, 0 to {bodies - 1}" if bodies else "no turns in a scene without bodies"
         mistakes.insert(0, Mistake(f"{where}.body", shown(command.body), there))
     return mistakes
+
+
+def check_move(position: Numbers, where: str, extent: Extent) -> list[Mistake]:
+    """Checks where a body of whatever size is moved; that it has room is known when it moves."""
+    for place, side, period in zip(position, extent.sides, extent.periods, strict=True):
+        far = FARTHEST * period if period else math.inf
+        low, high = (0.0, side) if extent.walled and not period else (-far, far)
+        if not low <= place <= high:
+            return [Mistake(where, shown(position), f"a place in [{low!r}, {high!r}] along this axis")]
+    return []
 
 
 def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:

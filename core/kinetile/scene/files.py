@@ -21,7 +21,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, shown
-from kinetile.scene.commands import Accelerate, Command, Insert, Remove, SetKind, Turn
+from kinetile.scene.commands import Accelerate, Command, Insert, Move, Remove, SetKind, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
@@ -437,6 +437,7 @@ _KINDS: dict[str, Any] = {
     "turn": Turn,
     "accelerate": Accelerate,
     "set-kind": SetKind,
+    "move": Move,
     "insert": Insert,
     "remove": Remove,
 }
@@ -445,6 +446,7 @@ _EFFECTS = {
     "turn": ("velocity", "a velocity", "[vx, vy]"),
     "accelerate": ("acceleration", "an acceleration", "[ax, ay]"),
     "set-kind": ("kind", "a kind", "the name of a kind"),
+    "move": ("position", "a position", "[x, y]"),
 }
 """By its word what a command gives to a body: the key, in words, and what is expected."""
 

@@ -88,7 +88,8 @@ _FILE = Table(
         "commands": Table(
             "[[commands]] tables",
             {**_named("time", "at"), "insert": _INSERT}
-            | _named("remove", "turn", "velocity", "accelerate", "acceleration", "set-kind", "kind"),
+            | _named("remove", "turn", "velocity", "accelerate", "acceleration", "set-kind", "kind")
+            | _named("move", "position"),
             ("time",),
         ),
         "responses": Table("[[responses]] tables", _RESPONSE, ("between", "response")),

@@ -195,7 +195,7 @@ VALUES: Mapping[str, Value] = {
         lambda axes: isinstance(axes, str) and axes in ("", "x", "y", "xy"),
     ),
     "kind": Value("the name of a kind, or a whole number from 0 to 2**31 - 1", object, is_kind, as_kind),
-    **dict.fromkeys(("body", "remove", "turn", "accelerate", "set-kind"), _BODY),
+    **dict.fromkeys(("body", "remove", "turn", "accelerate", "set-kind", "move"), _BODY),
     "new body": replace(_BODY, fit=lambda body: _is_index(body, -1)),
     "shape": Value("the number of one of [[shapes]], from 0", is_whole, _is_index),
 }

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.plan import SHARE
 from kinetile.kernel.skin import Skin
-from kinetile.scene.commands import Accelerate, Insert, Turn
+from kinetile.scene.commands import Accelerate, Insert, Move, Turn
 from kinetile.scene.scene import Scene
 
 SPANS = 4
@@ -46,11 +46,13 @@ def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float
 
     On an axis with walls that is where the other wall is, and the margin of chords; on a periodic one half a
     period and the flight of four units, with room for one more rounding; on an open one where bodies are now
-    (``far``, for each axis), and what they fly in a number of spans. A shape need not be around its body's
-    place, which may be outside the arena by as much as the radius of the circle that holds the shape.
+    (``far``, for each axis) or commands put them, and what they fly in a number of spans. A shape need not be
+    around its body's place, which may be outside the arena by as much as the radius of the circle that holds
+    the shape.
     """
     extents = [0.0]
-    for axis, at in zip("xy", far.tolist(), strict=True):
+    put = [far, *(np.asarray(each.position) for each in scene.commands if isinstance(each, Insert | Move))]
+    for axis, at in zip("xy", np.abs(put).max(axis=0).tolist(), strict=True):
         side = scene.arena["xy".index(axis)] if scene.arena is not None else 0.0
         if axis in scene.periodic:
             extents.append(1.25 * (0.5 * side + 4.0 * speed * scene.time_unit))
@@ -119,8 +121,9 @@ def speed_bound(scene: Scene) -> float:
     static = np.isinf(scene.mass)
     pushed = [float(squares[static].max(initial=0.0))]
     terms = (scene.mass[~static] * squares[~static]).tolist()
-    terms += [each * drop_of(scene) for each in mass.values() if each < math.inf] if scene.bent else []
-    terms += [mass[each.body] * drop_of(scene) for each in scene.commands if isinstance(each, Accelerate)]
+    lifted = [mass[each.body] for each in scene.commands if isinstance(each, Accelerate | Move)]
+    drop = drop_of(scene)
+    terms += [each * drop for each in (*mass.values(), *lifted) if each < math.inf] if scene.bent else []
     for command in scene.commands:
         if isinstance(command, Insert | Turn):
             square = command.velocity[0] ** 2 + command.velocity[1] ** 2

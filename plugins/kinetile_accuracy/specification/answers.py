@@ -23,7 +23,7 @@ from kinetile_accuracy.specification.arithmetic import (
 from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_face
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
-_LONG_AGO = -(1 << 62)
+LONG_AGO = -(1 << 62)
 OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
 
@@ -74,7 +74,7 @@ class Answers:
                     self._kinds[each.body] = scene.kinds.index(each.kind)
         ruled = scene.responses or scene.kinds != (0,) or math.inf in self.masses
         self._equal = not ruled and len(set(self.masses)) <= 1
-        self._touched = [_LONG_AGO] * count
+        self._touched = [LONG_AGO] * count
         self._bent = any(largest_pull(scene))
 
     def response(self, a: int, b: int) -> Any:

@@ -18,6 +18,7 @@ from kinetile.errors import BadOption, Refused
 from kinetile.instruments import (
     ACCELERATED,
     INSERTED,
+    MOVED,
     OF_KIND,
     REANCHORED,
     REMOVED,
@@ -46,6 +47,7 @@ _OTHERS = {
     TURNED: "a turn",
     ACCELERATED: "another acceleration",
     OF_KIND: "another kind",
+    MOVED: "the move",
     REANCHORED: "the anchoring",
     INSERTED: "the insertion",
     REMOVED: "the removal",
@@ -198,7 +200,7 @@ class LogCertifier:
             return []
         own = [each for each in line[1:] if each >= 0]
         changed = [body for body, pull in enumerate(before) if pull != course.plans[body].pull]
-        first = [body for body in own if body in changed]
+        first = [body for body in own if body in changed and line.b != MOVED]
         return [
             CourseEvent(line.tick, body, LEAVING) for body in (*first, *(x for x in changed if x not in own))
         ]
@@ -231,7 +233,7 @@ class LogCertifier:
             if line.b >= 0:
                 plan = course.plans[line.b]
                 two = plan.x, plan.y, plan.vx, plan.vy
-        if course.bent and line.b in (INSERTED, ACCELERATED, LEAVING):
+        if course.bent and line.b in (INSERTED, MOVED, ACCELERATED, LEAVING):
             two = *plan.pull, nan, nan
         for side, body, numbers in (("a", line.a, one), ("b", line.b, two)):
             for name, right in zip(_PLAN, numbers, strict=True):

@@ -24,10 +24,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetile import Accelerate, Insert, Remove, Scene, SetKind, Shape, Turn
-from kinetile.instruments import ACCELERATED, HELD, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED
+from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Shape, Turn
+from kinetile.instruments import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
-from kinetile_accuracy.specification.answers import OUT, Answers, Support, across, both_hold, part
+from kinetile_accuracy.specification.answers import LONG_AGO, OUT, Answers, Support, across, both_hold, part
 from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
 from kinetile_accuracy.specification.shapes import Difference
@@ -38,13 +38,14 @@ _FEW = 4
 """Partners of a body with an entry of their own: with more, more entries are discarded."""
 
 
-EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, SetKind: OF_KIND, Insert: INSERTED, Remove: REMOVED}
+EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, SetKind: OF_KIND, Move: MOVED}
+EVENTS |= {Insert: INSERTED, Remove: REMOVED}
 """What logs call the commands."""
 
 LEAVING = HELD
 """What they call a body that leaves what holds it (rule 8r)."""
 
-Command = Turn | Accelerate | SetKind | Insert | Remove
+Command = Turn | Accelerate | SetKind | Move | Insert | Remove
 
 
 class CourseEvent(NamedTuple):
@@ -154,10 +155,10 @@ class Course:
             elif self._is_command_next():
                 planned = self._commands[-1]
                 self.now = max(self.now, planned.tick)
+                if not self._has_room(planned.command):
+                    return None
                 ending = self._ends_with(planned.command)
-                if ending is not None:
-                    return CourseEvent(self.now, ending.b, ending.a)
-                return planned.event if self._has_room(planned.command) else None
+                return planned.event if ending is None else CourseEvent(self.now, ending.b, ending.a)
             elif kind >= _WALL and self._last is not None and self._last <= (tick, self._so_far(tick)):
                 return None
             elif kind == _BOUND:
@@ -188,15 +189,15 @@ class Course:
         return self._contacts[1] if self._contacts[0] == tick else 0
 
     def _has_room(self, command: Command) -> bool:
-        """Returns whether a body that is inserted now has room (rule 9), or one that gets another kind passes
-        still through what it is passing through (rule 11k); of another command always."""
+        """Returns whether a body that is inserted or moved now has room (rules 9 and 11m), or one that gets
+        another kind passes still through what it is passing through (rule 11k); of another command always."""
         if isinstance(command, SetKind):
             body = command.body
             through = {a + b - body for a, b, _ in self._passing if body in (a, b)}
             return all(self._answers.passes_as(command.kind, other) for other in through)
-        if not isinstance(command, Insert):
+        if not isinstance(command, Insert | Move):
             return True
-        r = command.radius
+        r = self._radius[command.body]
         x, y = command.position
         reaches = self._shapes[command.body].reaches if self._shapes else (r, r, r, r)
         both = reaches[:2], reaches[2:]
@@ -208,7 +209,7 @@ class Course:
         plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)
         centre = plan.x, plan.y
         for other in self._there():
-            if self._answers.passes(command.body, other):
+            if other == command.body or self._answers.passes(command.body, other):
                 continue
             its = self._anchored(other)
             dx, dy = (
@@ -222,7 +223,7 @@ class Course:
 
     def _ends_with(self, command: Command) -> _Passing | None:
         """Returns the first of the passings that end before a command, since its body goes; None: none."""
-        if not isinstance(command, Remove):
+        if not isinstance(command, Remove | Move):
             return None
         return min((each for each in self._passing if command.body in each[:2]), default=None)
 
@@ -425,18 +426,22 @@ class Course:
     def _carry_out_command(self, planned: _Planned) -> None:
         self.now, _, command = planned
         body = command.body
-        if isinstance(command, Remove):
+        if isinstance(command, Remove | Move):
             self.plans[body] = self._anchored(body)
             self.present[body] = False
             self._bounds.remove(body)
             self._stamp[body] += 1
             self._met[body] = _NOBODY
+            self._answers.touch((body,), LONG_AGO)
             self.held[body] = ()
             self._let_go_of(body)
-            return
-        if isinstance(command, Insert):
-            pull = arithmetic.pull_of(command, self._gravity)
-            self._enter(body, _two(command.position), _two(command.velocity), pull)
+            if isinstance(command, Remove):
+                return
+        if isinstance(command, Insert | Move):
+            pull, flies = self._whole[body], (self.plans[body].vx, self.plans[body].vy)
+            if isinstance(command, Insert):
+                pull, flies = arithmetic.pull_of(command, self._gravity), _two(command.velocity)
+            self._enter(body, _two(command.position), flies, pull)
             others = (other for other in self._there() if other != body)
             self._at_once = self._overlaps((min(body, other), max(body, other)) for other in others)
         else:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
-from kinetile import Accelerate, Insert, Remove, SetKind, Simulation
+from kinetile import Accelerate, Insert, Move, Remove, SetKind, Simulation
 from kinetile.errors import AuditError, KinetileError, NoRoom, TooThick
 from kinetile.instruments import Command, first_difference, relabelled, with_commands
 from kinetile.toolbox import At, Box, Link, box_gaps, reaches_of
@@ -277,9 +277,12 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
         pass
     elif isinstance(command, Remove):
         sim.remove(numbers[command.body])
-    elif isinstance(command, SetKind):
+    elif isinstance(command, SetKind | Move):
         with suppress(NoRoom):
-            sim.set_kind(numbers[command.body], command.kind)
+            if isinstance(command, Move):
+                sim.set_position(numbers[command.body], command.position)
+            else:
+                sim.set_kind(numbers[command.body], command.kind)
     elif isinstance(command, Accelerate):
         sim.set_acceleration(numbers[command.body], command.acceleration)
     else:

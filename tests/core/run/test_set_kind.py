@@ -72,6 +72,17 @@ def test_in_a_passing_it_cannot_become_one_that_does_not_pass() -> None:
     assert met(planned) == [(0.6, 0, 1)]
 
 
+def test_a_live_run_went_on_after_no_kind_that_was_refused_but_was_refused_again() -> None:
+    sim = kt.Simulation(corridor(), live=True)
+    sim.run(2.0)
+    with pytest.raises(NoRoom):
+        sim.set_kind(0, "ball")
+    sim.run(4.0)
+    plain = kt.Simulation(corridor())
+    plain.run(4.0)
+    assert outcome(sim) == outcome(plain)
+
+
 def test_wrong_kinds_and_bodies_are_named() -> None:
     sim = kt.Simulation(corridor())
     with pytest.raises(ValueError, match=r"'bal' is no kind of this scene.*did you mean 'ball'"):

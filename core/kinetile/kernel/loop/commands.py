@@ -1,10 +1,12 @@
 """Commands: changes from outside, each at a tick of its own, in the order in which they were given.
 
-A command turns a body, gives it another kind, inserts one or removes one. The clock also anchors plans
-again, which changes no velocity. Commands run after the structural events of their tick and before its
+A command turns a body, moves it, gives it another kind, inserts one or removes one. The clock also anchors
+plans again, which changes no velocity. Commands run after the structural events of their tick and before its
 contacts: a body is inserted into a structure that is in order, and a removed one is out of it before the next
 contact is computed. A command given at a stop between two contacts of one tick says after how many of them it
 came (``after``), so that a repeated run carries it out at the same place.
+
+A body that moves is removed and inserted again in one step, with its number and all else that it has.
 
 An inserted body must have room: it may touch others and the walls of the arena, and overlap them by no more
 than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed. So
@@ -33,6 +35,7 @@ from kinetile.kernel.log import (
     HELD,
     INSERTED,
     LEFT,
+    MOVED,
     OF_KIND,
     REANCHORED,
     REMOVED,
@@ -197,8 +200,35 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 
 
 @template
+def take_on(k: Kernel, command: Records) -> int:
+    """Write what a body has into the command that moves it, but its place; return its slot."""
+    body = slot_of(k, command.body)
+    plan = k.bodies[body]
+    command.vx = plan.vx
+    command.vy = plan.vy
+    command.x, command.y = as_anchored(k, command.x, command.y)
+    command.radius = plan.radius
+    command.mass = k.mass[body]
+    if SHAPED:
+        command.form = plan.form
+    if BENT:
+        command.ax = plan.ax
+        command.ay = plan.ay
+    if RESTING:
+        command.ax = plan.whole_x
+        command.ay = plan.whole_y
+    if RULES:
+        command.kind = k.traits[body].kind
+    return int(body)
+
+
+@template
 def blocked_by(k: Kernel, command: Records) -> int:
-    """Return the slot of the eldest body, or the wall, that an inserted body would overlap; or FREE."""
+    """Return the slot of the eldest body, or the wall, that an inserted body, or one that moves, would
+    overlap; or FREE."""
+    own = NOBODY
+    if command.code == MOVED:
+        own = take_on(k, command)
     found = wall_beyond(k, command)
     if found != FREE:
         return found
@@ -206,7 +236,9 @@ def blocked_by(k: Kernel, command: Records) -> int:
     elapsed = since_origin(k, command.tick)
     loose = place_error(k, command.tick)
     for other in range(k.clock[0].bodies):
-        if not is_far(k, x, y, command.radius, other, elapsed, loose) and is_there(k, other):
+        if other == own or is_far(k, x, y, command.radius, other, elapsed, loose):
+            continue
+        if is_there(k, other):
             body = k.bodies[other]
             there_x, there_y = position_at(k, body, command.tick)
             there_x, there_y = as_anchored(k, there_x, there_y)
@@ -393,12 +425,12 @@ def remove_body(k: Kernel, body: int) -> None:
 def must_wait(k: Kernel, command: Records) -> int:
     """Return the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
-    if PASSING and command.code == INSERTED:
+    if PASSING and (command.code == INSERTED or command.code == MOVED):
         most = k.clock[0].present * (MOST_IMAGES if PERIODIC else 1)
         rows += most
         if crowded(k, most):
             return CROWDED
-    if PASSING and command.code == REMOVED:
+    if PASSING and (command.code == REMOVED or command.code == MOVED):
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
         support = slot_of(k, command.body)
@@ -458,27 +490,35 @@ def carry_out(k: Kernel, s: Any) -> int:
     command = k.commands[lists.command]
     lists.command += 1
     at = command.tick
-    if LIVING and command.code == INSERTED:
+    body = NOBODY
+    if not LIVING or command.code != INSERTED:
+        body = slot_of(k, command.body)
+        anchor(k, body, at)
+    if LIVING and (command.code == REMOVED or command.code == MOVED):
+        if PASSING:
+            end_all_passings(k, body, at)
+        if command.code == REMOVED:
+            log(k, at, body, REMOVED)
+        else:
+            take_on(k, command)
+        clock.hand = body
+        leave(k, s, body)
+        remove_body(k, body)
+        if command.code == REMOVED:
+            if RESTING:
+                free_from(k, body, at)
+            return NOBODY
+    if LIVING and (command.code == INSERTED or command.code == MOVED):
         body = insert_body(k, command)
-        log(k, at, body, INSERTED)
+        log(k, at, body, command.code)
+        if RESTING and command.code == MOVED:
+            free_from(k, body, at)
         clock.hand = body
         enter(k, s, body)
         if PASSING:
             begin_with_all(k, body, at)
         return body
-    body = slot_of(k, command.body)
     plan = k.bodies[body]
-    anchor(k, body, at)
-    if LIVING and command.code == REMOVED:
-        if PASSING:
-            end_all_passings(k, body, at)
-        log(k, at, body, REMOVED)
-        clock.hand = body
-        leave(k, s, body)
-        remove_body(k, body)
-        if RESTING:
-            free_from(k, body, at)
-        return NOBODY
     if RESTING and command.code != REANCHORED:
         let_go(k, body)
     if command.code == TURNED:

@@ -11,7 +11,7 @@ from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
-from kinetile.kernel.log import HELD, INSERTED, OF_KIND, REANCHORED, REMOVED
+from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
 from kinetile.kernel.loop.commands import (
@@ -97,7 +97,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
             return reason, NOTHING, NOBODY
     task = REPLAN
     blocker = FREE
-    if command.code == INSERTED and command.fits == 0:
+    if (command.code == INSERTED and command.fits == 0) or command.code == MOVED:
         blocker = blocked_by(k, command)
     if PASSING and command.code == OF_KIND:
         blocker = caught_in(k, command)
@@ -106,7 +106,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
         clock.fault.b = blocker
         clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
         return BLOCKED, NOTHING, NOBODY
-    if command.code == INSERTED or command.code == REMOVED:
+    if command.code == INSERTED or command.code == REMOVED or command.code == MOVED:
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
             return COMMAND_DUE, NOTHING, NOBODY
         task = REFRESH  # enter and leave have told the structure

@@ -21,10 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields
-from kinetile.scene import Accelerate, Insert, Remove, Scene, SetKind, Turn, with_commands
+from kinetile.scene import Accelerate, Insert, Move, Remove, Scene, SetKind, Turn, with_commands
 from kinetile.scene import Command as SceneCommand
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
@@ -94,6 +94,7 @@ _KINDS: dict[int, Any] = {
     TURNED: Turn,
     ACCELERATED: Accelerate,
     OF_KIND: SetKind,
+    MOVED: Move,
     INSERTED: Insert,
     REMOVED: Remove,
 }
@@ -122,7 +123,7 @@ def planned(scene: Scene, clock: Clock) -> Planned:
     for each in scene.commands:
         if isinstance(each, Insert):
             mass[each.body] = each.mass
-        values = {"mass": mass[each.body]} if isinstance(each, Turn | Accelerate) else {}
+        values = {"mass": mass[each.body]} if isinstance(each, Turn | Accelerate | Move) else {}
         rows.append(row_of(each, scene, after=each.at[2] if each.at else 0, **values))
     ticks = (clock.tick_of(each.time, each.at) for each in scene.commands)
     return Planned(tuple(ticks), np.array(rows, COMMAND))
@@ -157,7 +158,7 @@ def number_of(shape: Shape, mass: float, scene: Scene) -> int:
 
 def squares_of(rows: Rows, drop: float) -> float:
     """Returns the sum of mass * speed^2 over commands: twice the energy that they can add, with ``drop`` for
-    each insertion and acceleration, which it can gain by falling; 0 for immovable bodies."""
+    each insertion, acceleration and move, which it can gain by falling; 0 for immovable bodies."""
     return float(np.dot(*_masses_and_squares(rows, drop)))
 
 
@@ -167,7 +168,7 @@ def _masses_and_squares(rows: Rows, drop: float) -> tuple[npt.NDArray[Any], npt.
         mass = np.where(np.isinf(mass), 0.0, mass)
     squares = vx * vx + vy * vy
     if drop:
-        squares += drop * np.isin(rows["code"], (INSERTED, ACCELERATED))
+        squares += drop * np.isin(rows["code"], (INSERTED, ACCELERATED, MOVED))
     return mass, squares
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, CONTACT, HELD, INSERTED, LOG, MET, Fingerprint
+from kinetile.kernel.log import ACCELERATED, CONTACT, HELD, INSERTED, LOG, MET, MOVED, Fingerprint
 from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import ROW, Kernel
 from kinetile.run.engine.fields import Fields
@@ -268,6 +268,6 @@ def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
         rows[f"a{name}"] = written[f"a{name}"]
         has = written["b"] >= 0
         if scene.bent and name in "xy":
-            has |= np.isin(written["b"], (INSERTED, ACCELERATED, HELD))
+            has |= np.isin(written["b"], (INSERTED, ACCELERATED, HELD, MOVED))
         rows[f"b{name}"] = np.where(has, written[f"b{name}"], np.nan)
     return rows

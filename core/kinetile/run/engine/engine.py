@@ -27,7 +27,7 @@ from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, OF_KIND, REMOVED
+from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -494,7 +494,7 @@ class Engine(Tables):
         if not len(rows):
             return
         inserts = code == INSERTED
-        wanted = Commands.ALL if code in (INSERTED, REMOVED) else Commands.TURNS
+        wanted = Commands.ALL if code in (INSERTED, REMOVED, MOVED) else Commands.TURNS
         others_first = self.due  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
             (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
@@ -502,13 +502,14 @@ class Engine(Tables):
                 raise blocked(self.k, self.clock, rows[0], blocker)
             rows["fits"] = True
         no_faster = code in (REMOVED, OF_KIND)
-        bounds, needed = (self.bounds, 0.0) if no_faster else self._bounds_with(rows, inserts)
+        bounds, needed = (self.bounds, 0.0) if no_faster else self._bounds_with(rows, code)
         faster = needed > self.speed
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
+        farther = bounds.extent > self.bounds.extent
         # From here on a command is refused only if tables are laid out again, or other commands come first:
         # in these cases a copy of the tables is kept, to go back to.
-        same = self._ready and not (faster or others_first or shapes)
+        same = self._ready and not (faster or farther or others_first or shapes)
         plain = same and self._has_place_for(code, rows, wanted)
         with nullcontext() if plain else self.unchanged_if(Refused):
             self.bounds = bounds
@@ -517,8 +518,8 @@ class Engine(Tables):
                 self.renew()
             self._allow(wanted)
             self.compile()
-            if faster:
-                self.lay_out(2.0 * needed)
+            if faster or farther:
+                self.lay_out(2.0 * needed if faster else self.speed)
             if inserts:
                 self._number(self.numbers + len(rows))
             self.ledger.holds_rows = True
@@ -531,7 +532,9 @@ class Engine(Tables):
                 self.k = to_the_front(self.k, self.fields, rows)
                 self._run_commands()
             except Refused:
-                if self._waiting > self._behind:
+                refused = self._waiting - self._behind
+                if refused > 0:
+                    self.fields.lists.command[0] += refused  # that they waited is all that has changed
                     raise
             finally:
                 self._behind, self.ledger.holds_rows = NONE_BEHIND, False
@@ -561,10 +564,14 @@ class Engine(Tables):
         self.carry_out(INSERTED, rows[free])
         return reasons
 
-    def _bounds_with(self, rows: Rows, inserts: bool) -> tuple[Bounds, float]:
-        """Returns the bounds with the energy of commands, and the largest speed of a body then."""
+    def _bounds_with(self, rows: Rows, code: int) -> tuple[Bounds, float]:
+        """Returns the bounds with the energy of commands of one code, and where they put bodies, and the
+        largest speed of a body then."""
         lightest, smallest, squares, speed, extent, skin = self.bounds
-        if inserts:
+        if code in (INSERTED, MOVED) and not self.bounded:
+            far = max(map(abs, (*rows["x"].tolist(), *rows["y"].tolist())))
+            extent = extent if far <= extent else 2.0 * far
+        if code == INSERTED:
             lightest = min(lightest, *rows["mass"].tolist())
             smallest = min(smallest, *rows["radius"].tolist())
         drop, drift, room = drop_of(self.scene), chord_speed(self.scene), 1.0 + 2.0**-20

@@ -40,7 +40,7 @@ from kinetile.run.engine.commands import History, Planned
 from kinetile.run.engine.contacts import Entries
 from kinetile.run.engine.state import Contents, RunState, numbers_of
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
-from kinetile.scene import Accelerate, Insert, Remove, Response, Scene, SetKind, Settings, Turn
+from kinetile.scene import Accelerate, Insert, Move, Remove, Response, Scene, SetKind, Settings, Turn
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
 from kinetile.sources import open_regular
@@ -348,7 +348,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (Accelerate, Insert, Remove, SetKind, Settings, Shape, Turn)
+_CLASSES: tuple[Any, ...] = (Accelerate, Insert, Move, Remove, SetKind, Settings, Shape, Turn)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
@@ -185,7 +185,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a pair that overlaps at the start is not of two bodies"
 
 
-_CODES = (TURNED, ACCELERATED, OF_KIND, REANCHORED, INSERTED, REMOVED)
+_CODES = (TURNED, ACCELERATED, OF_KIND, MOVED, REANCHORED, INSERTED, REMOVED)
 
 
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:

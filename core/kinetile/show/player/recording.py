@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, OF_KIND, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.plan import BentPlan, Plan, bent_position_after, bent_velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
@@ -217,13 +217,14 @@ def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
 Floats = npt.NDArray[np.float64]
 KINDS = (
     *("structural", "disc", "wall", "turn", "insert", "remove"),
-    *("pass", "part", "anchor", "accelerate", "hold", "kind"),
+    *("pass", "part", "anchor", "accelerate", "hold", "kind", "move"),
 )
 """Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
 again, "hold" one with another present acceleration."""
 
 
-_COMMANDS = {TURNED: 3, REANCHORED: 8, ACCELERATED: 9, HELD: 10, OF_KIND: 11, INSERTED: 4, REMOVED: 5}
+_COMMANDS = {TURNED: 3, REANCHORED: 8, ACCELERATED: 9, HELD: 10, OF_KIND: 11, MOVED: 12}
+_COMMANDS |= {INSERTED: 4, REMOVED: 5}
 """The same numbers by the codes of the log."""
 
 

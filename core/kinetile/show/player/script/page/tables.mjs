@@ -179,7 +179,7 @@ const EVENTS = {
   contacts: "two bodies meet",
   structural: "a certificate of the broad phase fails",
   walls: "a body meets a wall",
-  commands: "a body turns, is accelerated, changes its kind, comes or goes",
+  commands: "a body turns, moves, is accelerated, changes its kind, comes or goes",
   passings: "two bodies begin or end to pass through each other",
 };
 

@@ -5,11 +5,11 @@ import { KINDS, isAside } from "./rows.mjs";
 
 /** The groups in which a reader steps, and the kinds that are in each. */
 export const GROUPS = {
-  all: ["structural", "disc", "wall", "turn", "insert", "remove", "accelerate", "kind", "pass", "part"],
+  all: ["structural", "disc", "wall", "turn", "move", "insert", "remove", "accelerate", "kind", "pass", "part"],
   contacts: ["disc"],
   structural: ["structural"],
   walls: ["wall"],
-  commands: ["turn", "insert", "remove", "accelerate", "kind"],
+  commands: ["turn", "move", "insert", "remove", "accelerate", "kind"],
   passings: ["pass", "part"],
 };
 
@@ -173,6 +173,7 @@ export function inWords(events, event, held) {
     case "wall": return `${who(a)} meets the ${WALLS[b]} wall${responseOf(held, a, b)}`;
     case "turn": return `${who(a)} turns`;
     case "insert": return `${who(a)} comes`;
+    case "move": return `${who(a)} is moved`;
     case "remove": return `${who(a)} goes`;
     case "accelerate": return `${who(a)} gets another acceleration`;
     case "kind": return `${who(a)} gets another kind`;

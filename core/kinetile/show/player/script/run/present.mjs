@@ -8,7 +8,7 @@
 
 import { TICKS, compare, elapsed } from "./clock.mjs";
 import { planIn, positionAfter, velocityAfter } from "./plan.mjs";
-import { INSERT } from "./rows.mjs";
+import { INSERT, MOVE } from "./rows.mjs";
 import { ENTRY, SHAPES, Structure } from "./structure.mjs";
 
 const IN_MATRIX = 64; // bodies: as many as a phase draws in its matrix
@@ -67,7 +67,7 @@ function orderOf(axis, places, motion, moment, unit, tie) {
   const planOf = (body, flight) => {
     const [from, at, row] = flight < 0 ? [bodies, body, body] : [rows, flight, flight >> 1];
     const since = [from.epoch[row], from.tick[row]];
-    return { row: flight >> 1, plan: planIn(from, at), since, before: flight < 0 || rows.kind[row] === INSERT ? null : rows.before[flight] };
+    return { row: flight >> 1, plan: planIn(from, at), since, before: flight < 0 || rows.kind[row] === INSERT || rows.kind[row] === MOVE ? null : rows.before[flight] };
   };
   const flown = ({ since }, time) => elapsed(time, ...since, unit);
   const edge = (one, offset, time) => positionAfter(one.plan, flown(one, time))[axis] + offset;

@@ -4,7 +4,7 @@
 import { elapsed } from "./clock.mjs";
 import { PLAN, PULL, WHOLE, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 
-export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate", "hold", "kind"];
+export const KINDS = ["structural", "disc", "wall", "turn", "insert", "remove", "pass", "part", "anchor", "accelerate", "hold", "kind", "move"];
 const DISC = 1;
 export const INSERT = 4;
 const REMOVE = 5;
@@ -13,6 +13,7 @@ const PART = 7;
 const ANCHOR = 8;
 const ACCELERATE = 9;
 const HOLD = 10;
+export const MOVE = 12;
 
 const word = new BigUint64Array(1);
 const double = new Float64Array(word.buffer);
@@ -84,7 +85,8 @@ export function rebuild(bodies, coded, { unit, periods, pull }) {
       const [fliesX, fliesY] = positionAfter(planIn(now, body), time);
       rows.x[flight] = differing(fliesX, x[row]);
       rows.y[flight] = differing(fliesY, y[row]);
-      if (kind[row] !== INSERT) {
+      if (kind[row] === MOVE) now.kx[body] = now.ky[body] = 0;
+      else if (kind[row] !== INSERT) {
         if (periods[0]) now.kx[body] += Math.round((fliesX - rows.x[flight]) / periods[0]);
         if (periods[1]) now.ky[body] += Math.round((fliesY - rows.y[flight]) / periods[1]);
       }
@@ -97,7 +99,7 @@ export function rebuild(bodies, coded, { unit, periods, pull }) {
       last[body] = flight;
       for (const name of PLAN) now[name][body] = rows[name][flight];
       PULL.forEach((name, axis) => {
-        const isGiven = kind[row] === INSERT || kind[row] === ACCELERATE;
+        const isGiven = kind[row] === INSERT || kind[row] === MOVE || kind[row] === ACCELERATE;
         if (isGiven || kind[row] === HOLD) now[name][body] = differing(now[name][body], sides[1][axis][row]);
         if (isGiven) now[WHOLE[axis]][body] = now[name][body];
         if (pull) for (const each of [name, WHOLE[axis]]) rows[each][flight] = now[each][body];
