@@ -140,11 +140,47 @@ def _scene(bench: SceneBench, **_: Any) -> list[Any]:
     ]
 
 
+_COSTS = {
+    "structural_per_contact": "structural events a contact",
+    "asked_per_contact": "candidate checks a contact",
+    "computed_per_contact": "exact times a contact",
+    "structure_bytes": "bytes of its structure",
+}
+
+UNDUE = 2.0
+"""How many times a cost of ``cells`` is out of proportion."""
+
+
+def _undue(chosen: Chosen) -> list[str]:
+    """Returns a line for each phase that has a cost out of proportion to that of ``cells``, if that ran, or
+    of the fastest."""
+    ran = [row for row in chosen.candidates if row.rate]
+    base = next((row for row in ran if row.phase == "cells"), ran[0] if ran else None)
+    lines = []
+    for row in ran:
+        pairs = ((text, getattr(row, name), getattr(base, name)) for name, text in _COSTS.items())
+        times = [
+            f"{own / usual:.3g} times the {text}" for text, own, usual in pairs if own > UNDUE * usual > 0
+        ]
+        if times and base is not None:
+            lines.append(f"{row.phase} has, beside {base.phase}, {', '.join(times)}")
+    return lines
+
+
 @printed_parts.register
 def _choice(chosen: Chosen, **_: Any) -> list[Any]:
     where = chosen.conditions
+    columns = {
+        "broad phase": lambda row: row.phase,
+        **_SPEED,
+        "> asked\n/ contact": lambda row: or_dash(row.asked_per_contact, ".1f"),
+        "> exact\n/ contact": lambda row: or_dash(row.computed_per_contact, ".2f"),
+        "> KiB": lambda row: or_dash(row.structure_bytes, ",.0f", 2.0**-10),
+        "": _remark,
+    }
     return [
-        table_of(chosen.candidates, {"broad phase": lambda row: row.phase, **_SPEED, "": _remark}),
+        table_of(chosen.candidates, columns),
+        *_undue(chosen),
         *(f"{row.phase}: {row.ended_by}" for row in chosen.candidates if row.ended_by),
         f"{where['processor']}; the first {where['max_contacts']:,} contacts, medians of "
         f"{_times(where, 'run')} each, compiling and set-up apart",

@@ -6,9 +6,11 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile
+from kinetile_bench.cli.tables import printed_parts
 from kinetile_bench.user_scene import (
     CLOSE,
     Candidate,
+    Chosen,
     SceneBench,
     SceneRow,
     _recommendation,
@@ -137,6 +139,18 @@ def test_where_nothing_collides_any_phase_will_do(position):
     found = choose(kt.Scene(position, [[0.0, 0.0]] * len(position), 0.5), ["naive", "cells"])
     assert found.phase in ("cells", "naive")
     assert "any phase that does the scene will do" in found.reason
+
+
+def test_a_cost_out_of_proportion_is_told_beside_that_of_cells():
+    """The author of a quadtree with 5.7 times the events of cells was told that it is slow, and not why."""
+    usual = {"cpu_seconds": 1.0, "contacts_per_cpu_second": 1e6, "contacts": 9, "structure_bytes": 1000}
+    usual |= {"structural_per_contact": 0.5, "asked_per_contact": 20.0, "computed_per_contact": 0.9}
+    rows = Candidate("tree", **usual | {"structural_per_contact": 2.85}), Candidate("cells", **usual)
+    conditions = {"processor": "any", "max_contacts": 9, "repeats": 1}
+    parts = printed_parts(Chosen("tree", "", rows, True, conditions))
+    assert [part for part in parts if "beside" in str(part)] == [
+        "tree has, beside cells, 5.7 times the structural events a contact"
+    ]
 
 
 def test_the_command_prints_the_candidates_and_what_to_take():
