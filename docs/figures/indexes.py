@@ -26,7 +26,7 @@ CHECKS = ("pairs", "pairs-on-lattices", "pairs-in-a-scaled-swarm")
 
 
 def row(name: str, words: str, package: str, examples: int) -> list[str]:
-    """Return a row: the name, the version, the verdict, candidates for each pair that touches, CPU seconds."""
+    """Return a row: name, version, verdict, candidates for each pair that touches, CPU seconds."""
     try:
         found = f"{package} {version(package)}" if package else ""
     except PackageNotFoundError:

@@ -236,6 +236,18 @@ class _Play:
         for body in self.sim.bodies[still][:3].tolist():
             self.sim.set_velocity(body, self.random.integers(-4, 5, 2) / 4.0)
 
+    def move_some(self) -> None:
+        """Up to three are elsewhere at once."""
+        for body in self.chosen(3):
+            with suppress(KinetileError):
+                self.sim.set_position(body, self.place())
+
+    def change_some(self) -> None:
+        """Up to three get another kind, where there are some."""
+        for body in self.chosen(3) if self.scene.kinds != (0,) else ():
+            with suppress(KinetileError):
+                self.sim.set_kind(body, KINDS[int(self.random.integers(len(KINDS)))])
+
     def remove_some(self) -> None:
         for body in self.chosen(3):
             self.sim.remove(body)
@@ -290,6 +302,7 @@ RULES = (
 """What may be done at a step of a scene; most do several things at once."""
 
 RARE_RULES = (_Play.burst, _Play.arrive, _Play.arrive, _Play.wake, _Play.wake)
+RARE_RULES += (_Play.move_some, _Play.move_some, _Play.change_some)
 """What may be done in a rare scene as well."""
 
 

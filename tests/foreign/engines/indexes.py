@@ -2,10 +2,10 @@
 
     python indexes.py strtree|rtree|ckdtree
 
-`strtree` is shapely's packed tree of boxes and `rtree` libspatialindex's R-tree, both of which are built again
-at each moment; a pair is two bodies whose boxes meet. `ckdtree` is SciPy's tree of points: a pair is two bodies
-whose places are no farther apart than the two widest reach. A box is wider by a rounding, so that two that
-touch are one within the other.
+`strtree` is shapely's packed tree of boxes and `rtree` libspatialindex's R-tree, both of which are built
+again at each moment; a pair is two bodies whose boxes meet. `ckdtree` is SciPy's tree of points: a pair is
+two bodies whose places are no farther apart than the two widest reach. A box is wider by a rounding, so that
+two that touch meet in the tree.
 """
 
 import json
