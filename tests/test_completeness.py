@@ -84,7 +84,7 @@ def test_an_option_of_a_broad_phase_is_tried_and_refuses_what_is_no_value(phase:
 
 
 def test_a_field_of_an_insertion_is_an_argument_of_insert_and_of_insert_many() -> None:
-    fields = {*kt.Insert._fields} - {"time", "body", "at"}
+    fields = {*kt.Insert._fields} - {"time", "body", "at", "name"}
     plural = {"positions": "position", "velocities": "velocity"}
     for call in (kt.Simulation.insert, kt.Simulation.insert_many):
         nodes = ast.walk(ast.parse(dedent(inspect.getsource(call))))

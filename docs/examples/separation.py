@@ -45,29 +45,27 @@ def draw(count: int, seed: int = 1, side: float = 500.0) -> Flights:
     return flights
 
 
-def scene_of(flights: Flights, separation: float) -> tuple[kt.Scene, list[str]]:
-    """Returns the scene of flights, and their names by the numbers of their bodies: as they depart."""
-    names = sorted(flights, key=lambda name: flights[name][0][0])
+def scene_of(flights: Flights, separation: float) -> kt.Scene:
+    """Returns the scene of flights: each comes at its first waypoint and goes at its last."""
     commands: list[Any] = []
-    for number, name in enumerate(names):
-        for at, (one, two) in enumerate(pairwise(flights[name])):
+    for name, points in flights.items():
+        for at, (one, two) in enumerate(pairwise(points)):
             flies = tuple(
                 (there - here) / (two[0] - one[0]) for here, there in zip(one[1:], two[1:], strict=True)
             )
-            order = (
-                kt.Turn(number, one[0], flies) if at else kt.Insert(one[0], one[1:], flies, separation / 2)
-            )
-            commands.append(order)
-        commands.append(kt.Remove(number, flights[name][-1][0]))
+            come = kt.Insert(one[0], one[1:], flies, separation / 2, name=name)
+            commands.append(kt.Turn(name, one[0], flies) if at else come)
+        commands.append(kt.Remove(name, points[-1][0]))
     end = kt.Settings(until=max(points[-1][0] for points in flights.values()))
     rules = {("flight", "flight"): "pass"}
     none = np.zeros((0, 2))
-    return kt.Scene(none, none, [], kinds=["flight"], responses=rules, commands=commands, settings=end), names
+    return kt.Scene(none, none, [], kinds=["flight"], responses=rules, commands=commands, settings=end)
 
 
 def losses(flights: Flights, separation: float) -> list[tuple[Any, ...]]:
     """Returns (name, name, begin, end, closest, its time) of each loss of separation."""
-    scene, names = scene_of(flights, separation)
+    scene = scene_of(flights, separation)
+    names = {number: name for name, number in scene.numbers.items()}
     rows: list[Any] = []
     kt.Simulation(scene).run(recorder=lambda some: rows.append(some.copy()))
     found = kt.encounters(kt.Trajectory(np.concatenate(rows), scene))

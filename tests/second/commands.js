@@ -77,7 +77,7 @@ function readCommand(table, shapes, kind, gravity, name) {
 }
 
 function readInserted(table, shapes, kind, gravity, name) {
-  keys(table, ["position", "velocity", "radius", "shape", "mass", "acceleration", "kind", "body"], name);
+  keys(table, ["position", "velocity", "radius", "shape", "mass", "acceleration", "kind", "body", "name"], name);
   const [x, y] = pair(table.position, `${name}.position`);
   const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
   const m = mass(table.mass, `${name}.mass`);

@@ -28,7 +28,7 @@ export function readScene(tables) {
   const turns = [];
   list(tables.bodies ?? [], "bodies").forEach((table, body) => {
     const name = `bodies[${body}]`;
-    keys(table, ["position", "velocity", "radius", "shape", "mass", "acceleration", "kind", "turns"], name);
+    keys(table, ["position", "velocity", "radius", "shape", "mass", "acceleration", "kind", "turns", "name"], name);
     const [x, y] = pair(table.position, `${name}.position`);
     const [vx, vy] = pair(table.velocity ?? [0, 0], `${name}.velocity`);
     const m = mass(table.mass, `${name}.mass`);

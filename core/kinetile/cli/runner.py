@@ -3,6 +3,8 @@ disk), the events file is closed, the checkpoint holds the present moment, and t
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import signal
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -150,9 +152,12 @@ def _write_encounters(
         trajectory = Trajectory(
             np.concatenate([np.zeros(0, LOG), *(rows or ())]), simulation.scene, simulation.time
         )
-    names = ENCOUNTER.names or ()
-    lines = [names, *encounters(trajectory).tolist()]
-    write_file(path, "".join(",".join(map(str, line)) + "\n" for line in lines))
+    names = {number: name for name, number in simulation.scene.numbers.items()}
+    found = encounters(trajectory).tolist()
+    lines = [(names.get(a, a), names.get(b, b), *rest) for a, b, *rest in found]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([ENCOUNTER.names or (), *lines])
+    write_file(path, text.getvalue())
 
 
 @contextmanager

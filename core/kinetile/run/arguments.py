@@ -324,7 +324,7 @@ def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape
     if mistakes:
         found = (f"{where.removeprefix('.')} is {what}, expected {right}" for where, what, right in mistakes)
         raise _cannot_come("; ".join(found))
-    (insertion,) = cast("list[Insert]", numbered([insertion], 0))
+    (insertion,) = cast("list[Insert]", numbered([insertion]))
     _demand_pull(engine, insertion)
     _check_speed(engine, math.hypot(*insertion.velocity), min(engine.bounds.smallest, insertion.radius))
     rows = np.array([row_of(insertion, scene, tick=engine.now, after=engine.met_now)], ROWS)

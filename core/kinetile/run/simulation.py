@@ -44,6 +44,7 @@ from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, shown
+from kinetile.scene.commands import name_like
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Ints, Shape
@@ -362,6 +363,13 @@ class Simulation(Moment):
         """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""
         with self._alone("be audited"):
             self._engine.audit()
+
+    def number(self, name: str) -> int:
+        """Returns the number of a body that has a name in the scene; ValueError for another name."""
+        numbers = self.scene.numbers
+        if name not in numbers:
+            raise ValueError(f"no body of this scene is called {name!r}: expected {name_like(name, numbers)}")
+        return numbers[name]
 
     # Commands: run at once, between two runs, between two steps, or from the ``progress`` of a run
 

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias, cast
 
-from kinetile.errors import Mistake, constructed
+from kinetile.errors import Mistake, constructed, nearest
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import (
     FARTHEST,
@@ -29,12 +29,15 @@ from kinetile.scene.frame import check_time
 from kinetile.scene.shapes import SEGMENTS, Shape, disc
 from kinetile.scene.values import VALUES, Value
 
+Called: TypeAlias = Any
+"""A body: its number, or until a scene has the command its name there."""
+
 
 @constructed
 class Turn(NamedTuple):
     """A change of one body's flight plan: from ``time`` on it flies with ``velocity``."""
 
-    body: int
+    body: Called
     time: float
     velocity: Numbers
     at: tuple[int, int, int] | None = None
@@ -43,9 +46,9 @@ class Turn(NamedTuple):
 @constructed
 class Insert(NamedTuple):
     """An insertion at ``time``, of a disc of some ``radius`` or of a ``shape``, which may be given by its
-    number in the scene's table; ``body`` is its number, -1 before it has one; ``kind`` is by default the
-    scene's first, and ``acceleration`` that of gravity. In a scene with shapes it has a shape, and the radius
-    of the circle that holds it."""
+    number in the scene's table; ``body`` is its number, -1 before it has one, and commands may call it by a
+    ``name`` instead; ``kind`` is by default the scene's first, and ``acceleration`` that of gravity. In a
+    scene with shapes it has a shape, and the radius of the circle that holds it."""
 
     time: float
     position: Numbers
@@ -57,6 +60,7 @@ class Insert(NamedTuple):
     kind: str | int | None = None
     shape: Shape | int | None = None
     acceleration: Numbers | None = None
+    name: str | None = None
 
     @property
     def reaches(self) -> tuple[float, float, float, float]:
@@ -68,7 +72,7 @@ class Insert(NamedTuple):
 class Remove(NamedTuple):
     """A removal of a body at ``time``."""
 
-    body: int
+    body: Called
     time: float
     at: tuple[int, int, int] | None = None
 
@@ -77,7 +81,7 @@ class Remove(NamedTuple):
 class Accelerate(NamedTuple):
     """A change of one body's flight plan: from ``time`` on it has this ``acceleration``."""
 
-    body: int
+    body: Called
     time: float
     acceleration: Numbers
     at: tuple[int, int, int] | None = None
@@ -87,7 +91,7 @@ class Accelerate(NamedTuple):
 class SetKind(NamedTuple):
     """A change of one body's kind: from ``time`` on its contacts have the responses of this ``kind``."""
 
-    body: int
+    body: Called
     time: float
     kind: str | int
     at: tuple[int, int, int] | None = None
@@ -98,7 +102,7 @@ class Move(NamedTuple):
     """A change of one body's place: at ``time`` it is at ``position``, with the velocity that it has then,
     as if it had gone there and come in one tick (rule 11m)."""
 
-    body: int
+    body: Called
     time: float
     position: Numbers
     at: tuple[int, int, int] | None = None
@@ -119,19 +123,58 @@ def values_of(command: Command) -> dict[str, tuple[Value, Any]]:
     }
 
 
-def numbered(commands: Iterable[Any], bodies: int, kind: str | int | None = None) -> list[Command]:
-    """Returns commands in their stored form, with plain numbers; an insertion without a number gets the next
-    after those of the start and all given ones, one without a kind this one."""
+def called(
+    commands: Sequence[tuple[str, Any]], names: Sequence[str | None], bodies: int, mistakes: list[Mistake]
+) -> list[tuple[str, Any]]:
+    """Returns commands, each with its place, in which insertions have numbers, the next after those of the
+    start and all given ones, and in which bodies that are called by ``names``, or by those of insertions, go
+    by their numbers. Appends mistakes of names."""
+    inserted = [each.body for _, each in commands if isinstance(each, Insert)]
+    free = max([bodies - 1, *(each for each in inserted if not VALUES["new body"].expected(each))]) + 1
+    known: dict[str, int] = {}
+    for body, name in enumerate(names):
+        _note_name(known, name, body, f"names[{body}]", mistakes)
+    numbered = []
+    for where, command in commands:
+        if isinstance(command, Insert):
+            if not VALUES["new body"].expected(command.body) and command.body < 0:
+                command, free = command._replace(body=free), free + 1
+            _note_name(known, command.name, command.body, f"{where}.name", mistakes)
+        numbered.append((where, command))
+    found = []
+    for where, command in numbered:
+        name = getattr(command, "body", None)
+        if isinstance(name, str) and not isinstance(command, Insert):
+            if name not in known:
+                expected = f"a number, or {name_like(name, known)}"
+                mistakes.append(Mistake(f"{where}.body", shown(name), expected))
+            command = command._replace(body=known.get(name, 0))
+        found.append((where, command))
+    return found
+
+
+def name_like(name: str, known: Iterable[str]) -> str:
+    """Returns the text after "expected" for a name that no body has."""
+    meant = nearest(name, known)
+    return f"a name of a body; did you mean {meant!r}?" if meant else "a name of a body"
+
+
+def _note_name(known: dict[str, int], name: Any, body: Any, where: str, mistakes: list[Mistake]) -> None:
+    if name is not None:
+        wrong = VALUES["name"].mistakes(name, where)
+        if not wrong and known.setdefault(name, body) != body:
+            wrong = [Mistake(where, shown(name), f"another name: it is that of body {known[name]}")]
+        mistakes += wrong
+
+
+def numbered(commands: Iterable[Any], kind: str | int | None = None) -> list[Command]:
+    """Returns commands in their stored form, with plain numbers; an insertion without a kind gets this."""
     kept: list[Command] = []
-    taken = [command.body for command in commands if isinstance(command, Insert)]
-    free = max([bodies - 1, *taken]) + 1
     for command in commands:
         plain = {name: field.plain(value) for name, (field, value) in values_of(command).items()}
         command = command._replace(**plain)
-        if isinstance(command, Insert):
-            command = command if command.kind is not None else command._replace(kind=kind)
-            if command.body < 0:
-                command, free = command._replace(body=free), free + 1
+        if isinstance(command, Insert) and command.kind is None:
+            command = command._replace(kind=kind)
         kept.append(command)
     return kept
 

@@ -113,6 +113,8 @@ def dumps_scene(scene: Scene) -> str:
         lines.append(f"radius = {_toml(radius)}" if shape < 0 else f"shape = {shape}")
         if mass != 1.0:
             lines.append(f"mass = {_toml(mass)}")
+        if scene.names and scene.names[body] is not None:
+            lines.append(f"name = {_toml(scene.names[body])}")
         if scene.kinds != (0,):
             lines.append(f"kind = {_toml(scene.kind[body])}")
         if own is not None and not np.isnan(own[body]).any():
@@ -218,6 +220,7 @@ class _File:
             kinds=self._usable("kinds"),
             periodic=self.tables.get("periodic", ""),
             gravity=self._usable("gravity"),
+            names=[row.get("name") if isinstance(row, dict) else None for row in rows] or None,
             obstacles=self._obstacles(),
         )
         turns = [turn for i, row in self._whole(rows) for turn in self._turns(i, row)]

@@ -28,6 +28,7 @@ from kinetile.scene.commands import (
     Insert,
     SetKind,
     Turn,
+    called,
     check_command,
     check_presence,
     check_turn,
@@ -65,6 +66,7 @@ class Given(NamedTuple):
     shapes: Any = ()
     gravity: Any = None
     acceleration: Any = None
+    names: Any = None
     obstacles: Sequence[Obstacle] = ()
     until: Any = None
 
@@ -103,6 +105,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         (where, with_shape(command, shape, bodies.table is not None))
         for (where, command), shape in zip(commands, coming, strict=True)
     ]
+    names = _read_names(given, len(bodies), mistakes)
+    commands = called(commands, names, len(bodies), mistakes)
     until = settings.until if given.until is None else given.until
     framed = check_frame(given.arena, given.start, until)
     amiss = {mistake.where for mistake in framed}
@@ -144,7 +148,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     first = rules.kinds[0] if rules.kinds != (0,) else None
     apart = ((where, Turn(*turn)) for where, turn in turns)
     every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
-    known = numbered([command for _, command in every], len(bodies), first)
+    known = numbered([command for _, command in every], first)
     clock = Clock(start, unit or unit_of(bodies, sides, known, pull))
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
@@ -178,6 +182,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "uniform": not resting and _is_uniform(pulls, kept, gravity),
         "resting": resting,
         "shapes": table.shapes,
+        "names": names,
         "kinds": rules.kinds,
         "kind_numbers": rules.kind,
     }
@@ -256,6 +261,17 @@ def _listed(
         mistakes.append(Mistake(name, shown(given), right))
         values = []
     return [*zip(places or [f"{name}[{k}]" for k in range(len(values))], values, strict=True)]
+
+
+def _read_names(given: Given, bodies: int, mistakes: list[Mistake]) -> tuple[str | None, ...]:
+    """Returns the name of each body, or () if none has one; obstacles come after those that are named."""
+    several = isinstance(given.names, Sequence) and not isinstance(given.names, str)
+    names = list(given.names) if several else []
+    if given.names is not None and len(names) + len(given.obstacles) != bodies:
+        mistakes.append(Mistake("names", shown(given.names), f"one for each of the {bodies} bodies, or None"))
+        return ()
+    some = any(name is not None for name in names)
+    return (*names, *[None] * len(given.obstacles)) if some else ()
 
 
 def _read_rules(

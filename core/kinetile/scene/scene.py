@@ -58,7 +58,8 @@ class Scene:
     ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
     of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
     ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
-    ``origin`` is the source of the scene, and is not compared.
+    ``origin`` is the source of the scene, and is not compared. ``names`` has a name, or None, for each body;
+    commands may call bodies by them, and by those of insertions: ``numbers`` has the number of each.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each body is inside the arena and no two overlap, except those that pass through each other (touching is
@@ -85,6 +86,7 @@ class Scene:
     shapes: tuple[Shape, ...]
     gravity: tuple[float, float]
     acceleration: Floats
+    names: tuple[str | None, ...]
 
     kinds: ClassVar[tuple[Kind, ...]]
     kind_numbers: ClassVar[npt.NDArray[np.int64]]
@@ -115,10 +117,11 @@ class Scene:
         shapes: Sequence[Shape] = (),
         gravity: Numbers | None = None,
         acceleration: Accelerations = None,
+        names: Sequence[str | None] | None = None,
     ) -> None:
         columns = (position, velocity, radius, mass)
         more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity, acceleration)
-        given = Given(*columns, arena, turns, start, settings, origin, *more)
+        given = Given(*columns, arena, turns, start, settings, origin, *more, names)
         self.__dict__.update(read_scene(given, NO_FILE))
 
     if not TYPE_CHECKING:  # mypy finds attributes that are not there
@@ -206,6 +209,13 @@ class Scene:
         return own | {each.body: self.shapes.index(each.shape) for each in coming}
 
     @property
+    def numbers(self) -> dict[str, int]:
+        """By its name the number of each body that has one, also of those that commands insert."""
+        own = {name: body for body, name in enumerate(self.names) if name is not None}
+        coming = (each for each in self.commands if isinstance(each, Insert))
+        return own | {each.name: each.body for each in coming if each.name is not None}
+
+    @property
     def changing(self) -> bool:
         """Whether commands give bodies another kind."""
         return any(isinstance(each, SetKind) for each in self.commands)
@@ -245,8 +255,9 @@ class Scene:
         arrays = (self.position, self.velocity, None if self.shapes else self.radius, self.mass)
         more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
         more += (self.kind, dict(self.responses), self.kinds, self.periodic)
-        more += (self.shape, self.shapes) if self.shapes else (None, ()) if self.bent else ()
-        more += (self.gravity, self.own_acceleration) if self.bent else ()
+        more += (self.shape, self.shapes) if self.shapes else (None, ()) if self.bent or self.names else ()
+        more += (self.gravity, self.own_acceleration) if self.bent else (None, None) if self.names else ()
+        more += (self.names,) if self.names else ()
         return (Scene, (*arrays, self.arena, (), *more))
 
     def _bits(self) -> tuple[bytes, ...]:
@@ -262,6 +273,7 @@ class Scene:
             self.periodic.encode(),
             repr((self.shape.tolist(), self.shapes)).encode() if self.shapes else b"",
             repr(self.gravity).encode() + self.acceleration.tobytes() if self.bent else b"",
+            repr(self.names).encode() if self.names else b"",
         )
 
 
@@ -288,6 +300,7 @@ def arguments_of(scene: Scene) -> Given:
     """Returns arguments that make the same scene; kinds that follow from bodies and commands follow again."""
     values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
     values["acceleration"] = scene.own_acceleration
+    values["names"] = scene.names or None
     if scene.shapes:
         values["radius"] = None
     return Given(**values, kinds=declared_kinds(scene))

@@ -50,7 +50,7 @@ def _are_places(value: Any) -> bool:
     return is_list(value, is_pair)
 
 
-_ONE_BODY = _named("position", "velocity", "radius", "mass", "acceleration", "kind", "shape")
+_ONE_BODY = _named("position", "velocity", "radius", "mass", "acceleration", "kind", "shape", "name")
 _TURN = Table("[[bodies.turns]] tables", _named("time", "velocity"), ("time", "velocity"))
 _INSERTED = [name for name in Insert._fields if name not in ("time", "at")]
 _INSERT = Table(

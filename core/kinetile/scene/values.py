@@ -144,7 +144,7 @@ _MOMENT = Value(
     _is_moment,
     lambda moment: tuple(map(int, moment)),
 )
-_BODY = Value("the number of a body", is_whole, _is_index, int)
+_BODY = Value("the number of a body", lambda body: is_whole(body) or isinstance(body, str), _is_index, int)
 _PLACE = _pair("[x, y]")
 
 SIZE = Value("a finite number greater than 0", fit=_is_size, within=f"a number {RANGE}", least=SMALLEST)
@@ -196,7 +196,8 @@ VALUES: Mapping[str, Value] = {
     ),
     "kind": Value("the name of a kind, or a whole number from 0 to 2**31 - 1", object, is_kind, as_kind),
     **dict.fromkeys(("body", "remove", "turn", "accelerate", "set-kind", "move"), _BODY),
-    "new body": replace(_BODY, fit=lambda body: _is_index(body, -1)),
+    "name": Value("a name of its own, text", str, lambda name: isinstance(name, str) and bool(name), str),
+    "new body": replace(_BODY, form=is_whole, fit=lambda body: _is_index(body, -1)),
     "shape": Value("the number of one of [[shapes]], from 0", is_whole, _is_index),
 }
 """By its name what each value is, for every entrance."""

@@ -301,8 +301,10 @@ RULES = (
 )
 """What may be done at a step of a scene; most do several things at once."""
 
-RARE_RULES = (_Play.burst, _Play.arrive, _Play.arrive, _Play.wake, _Play.wake)
-RARE_RULES += (_Play.move_some, _Play.move_some, _Play.change_some)
+RARE_RULES = (
+    *(_Play.burst, _Play.arrive, _Play.arrive, _Play.wake, _Play.wake),
+    *(_Play.move_some, _Play.move_some, _Play.change_some),
+)
 """What may be done in a rare scene as well."""
 
 

@@ -77,7 +77,7 @@ class Command(NamedTuple):
         kind, row = _KINDS[self.code], self.row
         time, epoch, tick = clock.moment(self.ticks)
         given: dict[str, Any] = {"time": time, "at": (epoch, tick, self.moment[1])}
-        for name in (each for each in kind._fields if each not in given):
+        for name in (each for each in kind._fields if each not in (*given, "name")):
             found = tuple(row[column].item() for column in _COLUMNS.get(name, (name,)))
             given[name] = found if len(found) > 1 else found[0]
         if kind is SetKind:
@@ -132,7 +132,8 @@ def planned(scene: Scene, clock: Clock) -> Planned:
 def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...]:
     """Returns the values of a command's row, with other ``values`` of its columns."""
     given = command._asdict()
-    del given["time"], given["at"]
+    for apart in ("time", "at", "name"):
+        given.pop(apart, None)
     if isinstance(command, Insert | SetKind):
         given["kind"] = 0 if command.kind is None else scene.kinds.index(command.kind)
     if isinstance(command, Insert):
