@@ -13,9 +13,9 @@ from pathlib import Path
 
 from kinetile_conformance import check_engine
 
-ENGINES = Path(__file__).parents[2] / "tests" / "foreign" / "engines"
+ENGINES = Path(__file__).parents[1] / "examples" / "engines"
 JUDGED = {
-    "sweep and prune, in plain Python": ("plain.py", ""),
+    "sweep and prune, in plain Python": ("../../../tests/foreign/engines/plain.py", ""),
     "STRtree": ("indexes.py strtree", "shapely"),
     "R-tree": ("indexes.py rtree", "rtree"),
     "cKDTree": ("indexes.py ckdtree", "scipy"),
