@@ -75,7 +75,6 @@ app = typer.Typer(
     cls=_WithPlugins,
     rich_markup_mode=MARKUP,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

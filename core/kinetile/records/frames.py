@@ -17,13 +17,14 @@ import json
 import os
 from collections.abc import Iterable, Iterator
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, MissingExtra, RecordError
+from kinetile.errors import BadOption, MissingExtra, RecordError, one_of
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
@@ -146,6 +147,25 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
         yield Frame(time, bodies, traits[0].astype(int), *moving, *sizes)
 
 
+def frames(source: Simulation | Trajectory, times: Iterable[float], form: str = "ase") -> Iterator[Any]:
+    """Yields the bodies at these times as objects of another program, in memory: ``ase.Atoms`` (which
+    ``ovito.io.ase.ase_to_ovito`` takes as well), or for "gsd" ``gsd.hoomd.Frame``.
+
+    The columns are those of files (``kinetile export``). A simulation runs on to each time. Raises BadOption
+    for another form, and MissingExtra without the package.
+    """
+    if form not in ("ase", "gsd"):
+        raise BadOption(f"{form!r} is no form of frames in memory; expected {one_of(form, ('ase', 'gsd'))}")
+    read = gsd_module() if form == "gsd" else _ase_reader()
+    scene, species = source.scene, _Species(source.scene)
+    for step, frame in enumerate(frames_of(source, times)):
+        if form == "gsd":
+            yield _gsd_frame(frame, scene, species, step)
+        else:
+            text = _xyz(frame, scene, species.of(frame), species.numbers(frame))
+            yield read(StringIO(text), format="extxyz")
+
+
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
     """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns their
     number. Shapes are in GSD itself, and beside XYZ in NAME.shapes.json. Raises MissingExtra without gsd for
@@ -192,6 +212,13 @@ def gsd_module() -> Any:
         return import_module("gsd.hoomd")
     except ImportError as error:
         raise MissingExtra("A GSD file", "gsd", "export") from error
+
+
+def _ase_reader() -> Any:
+    try:
+        return import_module("ase.io").read
+    except ImportError as error:
+        raise MissingExtra("A frame as ase.Atoms", "ase", "ase") from error
 
 
 _COLUMNS = (

@@ -5,6 +5,7 @@ import shlex
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 from command_line import kinetile
 from kinetile.cli import app
@@ -39,3 +40,14 @@ def test_help_of_a_command(name):
     command = COMMANDS[name]
     words = shlex.split(example.removeprefix("bench" if name == "bench scene" else name))
     command.make_context(name, words)  # a wrong option, or one argument too many, is an error
+
+
+@pytest.mark.parametrize(
+    ("words", "found"), [("ru", "run"), ("conf", "conform"), ("conform --na", "--narrow-phase")]
+)
+def test_the_shell_completes_commands_and_options(words, found):
+    """Those of plugins as well."""
+    asked = {"COMP_WORDS": f"kinetile {words}", "COMP_CWORD": str(len(words.split()))}
+    asked["_KINETILE_COMPLETE"] = "complete_bash"
+    done = CliRunner().invoke(app, [], prog_name="kinetile", env=asked)
+    assert found in done.stdout.split()

@@ -9,7 +9,7 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile
-from kinetile.errors import RecordError
+from kinetile.errors import BadOption, RecordError
 from kinetile.records.frames import frames_of, write_frames
 from messages import table
 
@@ -57,6 +57,20 @@ def shaped() -> kt.Scene:
 
 
 SCENES = {"kinds, one comes and one goes": scene, "a torus": torus, "shapes": shaped}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_frames_in_memory_are_those_of_files(name, tmp_path):
+    ase = pytest.importorskip("ase.io")
+    file, _ = written(tmp_path, ".xyz", SCENES[name]())
+    made = [*kt.frames(kt.Simulation(SCENES[name]()), TIMES)]
+    assert made == ase.read(file, ":", format="extxyz")
+    assert [each.info["Time"] for each in made] == TIMES
+    if find_spec("gsd"):
+        of_gsd = [*kt.frames(kt.Simulation(SCENES[name]()), TIMES, "gsd")]
+        assert [each.particles.N for each in of_gsd] == [len(each) for each in made]
+    with pytest.raises(BadOption, match="expected one of ase, gsd"):
+        next(kt.frames(kt.Simulation(SCENES[name]()), TIMES, "vtk"))
 
 
 @pytest.mark.parametrize("name", SCENES)

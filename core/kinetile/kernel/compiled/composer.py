@@ -7,6 +7,7 @@ makes one sentence of them, with the author's own file and line.
 
 from __future__ import annotations
 
+import logging
 import re
 import time
 import warnings
@@ -205,6 +206,10 @@ _spent = 0.0
 _meanwhile: Callable[[], AbstractContextManager[Any]] = nullcontext
 
 
+SLOW = 1.0
+"""CPU seconds of a compilation from which the log ``kinetile`` tells of it, at the level of information."""
+
+
 @contextmanager
 def _compiling() -> Iterator[None]:
     """Counts the processor time of what is compiled, or loaded, within this context."""
@@ -214,7 +219,10 @@ def _compiling() -> Iterator[None]:
         try:
             yield
         finally:
-            _spent += time.process_time() - began
+            took = time.process_time() - began
+            _spent += took
+            if took >= SLOW:
+                logging.getLogger("kinetile").info("compiled in %.1f CPU seconds", took)
 
 
 def compiling_seconds() -> float:
