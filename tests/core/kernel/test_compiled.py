@@ -400,6 +400,14 @@ def test_machine_code_for_other_arguments_is_not_loaded_under_a_name_of_its_own(
 
 
 @needs_compiler
+def test_a_long_compilation_is_told(folder, monkeypatch, caplog):
+    monkeypatch.setattr(composer, "SLOW", 0.0)
+    with caplog.at_level("INFO", "kinetile"):
+        assert composed_again()(41.5) == 42
+    assert "compiled in 0." in caplog.text
+
+
+@needs_compiler
 def test_a_cache_that_cannot_be_written_is_done_without(folder, monkeypatch):
     """The disk is full; then there is no folder at all."""
     from numba.core.caching import IndexDataCacheFile
