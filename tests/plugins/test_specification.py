@@ -226,7 +226,7 @@ def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> 
     assert readings.contacts_wall == happened["wall"]
     assert readings.contacts_disc == happened["pair"] + happened["begin"] + happened["end"]
     assert (readings.turns, readings.inserted, readings.removed) == (
-        happened["turn"] + happened["acceleration"] + happened["kind"],
+        sum(happened[each] for each in ("turn", "acceleration", "kind", "move")),
         happened["insertion"],
         happened["removal"],
     )

@@ -12,6 +12,8 @@ from command_line import kinetile
 from kinetile.errors import SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
 
+pytestmark = pytest.mark.small
+
 
 def flights(*more: object, names: object = ("AF123", None)) -> kt.Scene:
     return kt.Scene(

@@ -353,7 +353,6 @@ def insert_body(k: Kernel, command: Records) -> int:
         trait.leave = NEVER
         trait.touched = LONG_AGO
         trait.inside = 0
-    k.counts[0].inserted += 1
     _account(k, command.mass, twice_energy(new))
     return body
 
@@ -386,7 +385,6 @@ def remove_body(k: Kernel, body: int) -> None:
     clock = k.clock[0]
     lists = clock.lists
     gone = k.bodies[body]
-    k.counts[0].removed += 1
     _account(k, -k.mass[body], twice_energy(gone))
     entry = k.queue[body]
     entry.own = NEVER
@@ -505,14 +503,19 @@ def carry_out(k: Kernel, s: Any) -> int:
         leave(k, s, body)
         remove_body(k, body)
         if command.code == REMOVED:
+            k.counts[0].removed += 1
             if RESTING:
                 free_from(k, body, at)
             return NOBODY
     if LIVING and (command.code == INSERTED or command.code == MOVED):
         body = insert_body(k, command)
         log(k, at, body, command.code)
-        if RESTING and command.code == MOVED:
-            free_from(k, body, at)
+        if command.code == INSERTED:
+            k.counts[0].inserted += 1
+        else:
+            k.counts[0].turns += 1
+            if RESTING:
+                free_from(k, body, at)
         clock.hand = body
         enter(k, s, body)
         if PASSING:

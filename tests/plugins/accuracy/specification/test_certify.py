@@ -167,7 +167,7 @@ def test_runs_on_a_clock_of_their_own_and_forged_ones(unit, forged):
         ((0, 5, -1, 2), "there is no body -1"),
         ((0, 5, 7, 7), "not in ascending order"),
         ((0, 5, 7, 3), "not in ascending order"),
-        ((0, 5, 7, -12), "there is no wall -12"),
+        ((0, 5, 7, -13), "there is no wall -13"),
         ((0, 5, 7, -7), "nothing of the kind happens then"),
         ((0, 5, 7, -5), "nothing of the kind happens then"),
     ],
