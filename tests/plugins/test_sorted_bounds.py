@@ -16,7 +16,7 @@ PHASES = ("sap-1d", "sap-2d")
 
 def on_a_line(phase: str) -> kt.Simulation:
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, density=0.3, seed=3), phase, audit=1)
-    sim.run(max_contacts=4)
+    sim.run(max_contacts=6)
     return sim
 
 
