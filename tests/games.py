@@ -145,12 +145,10 @@ def draw_moving_game(seed: int) -> kt.Scene:
         for _ in range(rng.randrange(1, 4)):
             time = game.start + (rng.randrange(1, 24) / 24 if rng.random() < 0.6 else rng.random()) * lasts
             lattice, room = rng.random() < 0.5, 1.0 if game.arena else 4.0
-            place = [
-                room * (rng.randrange(1, 16) / 16 if lattice else rng.uniform(0.05, 0.95)) * side
-                for side in sides
-            ]
+            parts = (rng.randrange(1, 16) / 16 if lattice else rng.uniform(0.05, 0.95) for _ in sides)
+            x, y = (room * part * side for part, side in zip(parts, sides, strict=True))
             body = rng.randrange(len(game) + sum(isinstance(each, kt.Insert) for each in game.commands))
-            command = kt.Move(body, time, (place[0], place[1]))
+            command = kt.Move(body, time, (x, y))
             if _accepts(game, [*commands, command]):
                 commands.append(command)
         if len(commands) > len(game.commands):

@@ -156,14 +156,14 @@ def frames(source: Simulation | Trajectory, times: Iterable[float], form: str = 
     """
     if form not in ("ase", "gsd"):
         raise BadOption(f"{form!r} is no form of frames in memory; expected {one_of(form, ('ase', 'gsd'))}")
-    read = gsd_module() if form == "gsd" else _ase_reader()
+    module = gsd_module() if form == "gsd" else _needed("ase.io", "A frame as ase.Atoms", "ase")
     scene, species = source.scene, _Species(source.scene)
     for step, frame in enumerate(frames_of(source, times)):
         if form == "gsd":
             yield _gsd_frame(frame, scene, species, step)
         else:
             text = _xyz(frame, scene, species.of(frame), species.numbers(frame))
-            yield read(StringIO(text), format="extxyz")
+            yield module.read(StringIO(text), format="extxyz")
 
 
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
@@ -208,17 +208,14 @@ def check_form(path: Path) -> str:
 
 def gsd_module() -> Any:
     """Returns the module of the package gsd. Raises MissingExtra without it."""
-    try:
-        return import_module("gsd.hoomd")
-    except ImportError as error:
-        raise MissingExtra("A GSD file", "gsd", "export") from error
+    return _needed("gsd.hoomd", "A GSD file", "export")
 
 
-def _ase_reader() -> Any:
+def _needed(module: str, purpose: str, extra: str) -> Any:
     try:
-        return import_module("ase.io").read
+        return import_module(module)
     except ImportError as error:
-        raise MissingExtra("A frame as ase.Atoms", "ase", "ase") from error
+        raise MissingExtra(purpose, module.partition(".")[0], extra) from error
 
 
 _COLUMNS = (

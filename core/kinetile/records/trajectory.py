@@ -127,7 +127,7 @@ class Trajectory:
         order, off = self._flights.by_body, whole_periods(self._strayed[0], self.scene.periods)
         body, off = self._flights.body[order], off[order]
         sums = np.cumsum(off, axis=0)
-        begins = self.rows["b"][self._flights.row[order]] == MOVED  # then they are counted anew
+        begins = self.rows["b"][self._flights.row[order]] == MOVED  # then they are counted from 0
         begins |= np.append(True, body[1:] != body[:-1])[: len(body)]
         found = np.empty_like(sums)
         found[order] = sums - (sums - off)[np.maximum.accumulate(np.where(begins, np.arange(len(body)), 0))]

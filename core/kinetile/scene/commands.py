@@ -129,27 +129,25 @@ def called(
     """Returns commands, each with its place, in which insertions have numbers, the next after those of the
     start and all given ones, and in which bodies that are called by ``names``, or by those of insertions, go
     by their numbers. Appends mistakes of names."""
-    inserted = [each.body for _, each in commands if isinstance(each, Insert)]
-    free = max([bodies - 1, *(each for each in inserted if not VALUES["new body"].expected(each))]) + 1
-    known: dict[str, int] = {}
+    inserted = [at for at, (_, each) in enumerate(commands) if isinstance(each, Insert)]
+    valid = [at for at in inserted if not VALUES["new body"].expected(commands[at][1].body)]
+    free = max([bodies - 1, *(commands[at][1].body for at in valid)]) + 1
+    found, known = list(commands), dict[str, int]()
+    for at in valid:
+        where, command = commands[at]
+        if command.body < 0:
+            found[at], free = (where, command._replace(body=free)), free + 1
     for body, name in enumerate(names):
         _note_name(known, name, body, f"names[{body}]", mistakes)
-    numbered = []
-    for where, command in commands:
-        if isinstance(command, Insert):
-            if not VALUES["new body"].expected(command.body) and command.body < 0:
-                command, free = command._replace(body=free), free + 1
-            _note_name(known, command.name, command.body, f"{where}.name", mistakes)
-        numbered.append((where, command))
-    found = []
-    for where, command in numbered:
+    for where, command in (found[at] for at in inserted):
+        _note_name(known, command.name, command.body, f"{where}.name", mistakes)
+    for at, (where, command) in enumerate(found):
         name = getattr(command, "body", None)
         if isinstance(name, str) and not isinstance(command, Insert):
             if name not in known:
                 expected = f"a number, or {name_like(name, known)}"
                 mistakes.append(Mistake(f"{where}.body", shown(name), expected))
-            command = command._replace(body=known.get(name, 0))
-        found.append((where, command))
+            found[at] = where, command._replace(body=known.get(name, 0))
     return found
 
 

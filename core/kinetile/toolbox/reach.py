@@ -51,15 +51,16 @@ def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float
     the shape.
     """
     extents = [0.0]
-    put = [far, *(np.asarray(each.position) for each in scene.commands if isinstance(each, Insert | Move))]
-    for axis, at in zip("xy", np.abs(put).max(axis=0).tolist(), strict=True):
+    for axis, at in zip("xy", far.tolist(), strict=True):
         side = scene.arena["xy".index(axis)] if scene.arena is not None else 0.0
         if axis in scene.periodic:
             extents.append(1.25 * (0.5 * side + 4.0 * speed * scene.time_unit))
         elif walls:
             extents.append(side + margin_of(scene))
         else:
-            extents.append(at + flown(speed, scene.time_unit, spans))
+            places = (each.position for each in scene.commands if isinstance(each, Insert | Move))
+            put = max((abs(place["xy".index(axis)]) for place in places), default=0.0)
+            extents.append(max(at, put) + flown(speed, scene.time_unit, spans))
     return max(extents) + (float(scene.radius.max(initial=0.0)) if scene.shapes else 0.0)
 
 

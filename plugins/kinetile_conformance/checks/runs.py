@@ -277,12 +277,12 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
         pass
     elif isinstance(command, Remove):
         sim.remove(numbers[command.body])
-    elif isinstance(command, SetKind | Move):
+    elif isinstance(command, SetKind):
         with suppress(NoRoom):
-            if isinstance(command, Move):
-                sim.set_position(numbers[command.body], command.position)
-            else:
-                sim.set_kind(numbers[command.body], command.kind)
+            sim.set_kind(numbers[command.body], command.kind)
+    elif isinstance(command, Move):
+        with suppress(NoRoom):
+            sim.set_position(numbers[command.body], command.position)
     elif isinstance(command, Accelerate):
         sim.set_acceleration(numbers[command.body], command.acceleration)
     else:

@@ -113,7 +113,7 @@ def test_wrong_places_and_bodies_are_named() -> None:
 
 
 def test_a_record_has_it_at_both_places(tmp_path: Path) -> None:
-    """On a periodic axis the periods that it has flown are counted anew."""
+    """On a periodic axis the periods that it has flown are counted from 0."""
     scene = row().replace(periodic="x", commands=[kt.Move(0, 0.75, (9.0, 1.5))])
     sim = kt.Simulation(scene)
     with EventRecorder(tmp_path / "events.parquet", scene) as recorder:

@@ -77,7 +77,7 @@ class Command(NamedTuple):
         kind, row = _KINDS[self.code], self.row
         time, epoch, tick = clock.moment(self.ticks)
         given: dict[str, Any] = {"time": time, "at": (epoch, tick, self.moment[1])}
-        for name in (each for each in kind._fields if each not in (*given, "name")):
+        for name in (each for each in kind._fields if each != "name" and each not in given):
             found = tuple(row[column].item() for column in _COLUMNS.get(name, (name,)))
             given[name] = found if len(found) > 1 else found[0]
         if kind is SetKind:

@@ -507,8 +507,8 @@ class Engine(Tables):
         if faster:
             self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
         farther = bounds.extent > self.bounds.extent
-        # From here on a command is refused only if tables are laid out again, or other commands come first:
-        # in these cases a copy of the tables is kept, to go back to.
+        # To go back to, a copy of the tables is kept if they are laid out again or other commands come first:
+        # what the loop itself refuses has changed nothing.
         same = self._ready and not (faster or farther or others_first or shapes)
         plain = same and self._has_place_for(code, rows, wanted)
         with nullcontext() if plain else self.unchanged_if(Refused):
