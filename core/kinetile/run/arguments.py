@@ -111,14 +111,19 @@ def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
     return length
 
 
-def read_cast(body: object, velocity: object, scene: Scene, horizon: float) -> tuple[Point, Outline, Point]:
-    """Returns place, core and radius, and velocity of a body that is cast, for ``horizon`` of the scene's
-    time where axes are periodic; ValueError for anything else."""
+def read_cast(
+    body: object, velocity: object, acceleration: object, scene: Scene, horizon: float
+) -> tuple[Point, Outline, Point, Point]:
+    """Returns place, core and radius, velocity, and acceleration of a body that is cast, for ``horizon`` of
+    the scene's time where axes are periodic; ValueError for anything else."""
     (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
-    return place, outline, (vx, vy)
+    pull = scene.gravity if acceleration is None else read_point(acceleration, "an acceleration")
+    if wrong := _unfit_pull(scene, pull):
+        raise ValueError(f"the acceleration of what is cast is {shown(list(pull))}; expected {wrong}")
+    return place, outline, (vx, vy), pull
 
 
 def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> None:

@@ -673,6 +673,7 @@ class Simulation(Moment):
         body: Numbers | tuple[float, float, Shape],
         velocity: Numbers,
         *,
+        acceleration: Numbers | None = None,
         kinds: OfKinds = None,
     ) -> CastHit | None:
         """Returns the body that one which starts here and now would meet first, by the present plans.
@@ -687,12 +688,13 @@ class Simulation(Moment):
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
                 segments. Where axes are periodic it is narrower than a period.
             velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
+            acceleration: (ax, ay), each at most the largest of the scene (``Scene.pull``); by default gravity.
             kinds: only bodies of these kinds.
 
         Raises ValueError for what is no such body, or no velocity.
         """
         horizon = float(FORESEEN // TICKS) * self.time_unit
-        thrown = arguments.read_cast(body, velocity, self.scene, horizon)
+        thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
         hit = meetings.cast(self._among(kinds), *thrown)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 

@@ -297,7 +297,7 @@ def test_accelerations_by_hand_are_recorded_and_saved():
     ("periodic", "outlines"), lanes.first(2, [("", SHAPES), ("x", ()), ("", ()), ("x", SHAPES)])
 )
 def test_what_is_cast_meets_as_what_is_inserted(outlines, periodic):
-    """It falls as all do that have no acceleration of their own."""
+    """It falls as all do that have no acceleration of their own, or by the one that it is given."""
     rng, hits = np.random.default_rng(3), 0
     own = np.column_stack([np.zeros(4), [0.5, math.nan, -0.25, math.nan]])
     own[np.isnan(own[:, 1])] = math.nan
@@ -317,9 +317,10 @@ def test_what_is_cast_meets_as_what_is_inserted(outlines, periodic):
         sim.run(0.25)
         place, speed = rng.uniform(1.0, 7.0, 2).tolist(), rng.normal(size=2).tolist()
         shape = outlines[rng.integers(3)] if outlines else None
-        hit = sim.cast((*place, 0.25 if shape is None else shape), speed)
+        pull = None if rng.random() < 0.5 else (0.0, rng.uniform(-0.5, 0.5))
+        hit = sim.cast((*place, 0.25 if shape is None else shape), speed, acceleration=pull)
         try:
-            body = sim.insert(place, speed, None if outlines else 0.25, shape=shape)
+            body = sim.insert(place, speed, None if outlines else 0.25, shape=shape, acceleration=pull)
         except NoRoom:
             continue
         answers = [sim.next_contact(other, body) for other in range(4)]

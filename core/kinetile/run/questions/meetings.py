@@ -103,14 +103,13 @@ def next_contact_of(
     return NextContact(*_moment_of(query, first.tick), one, other)
 
 
-def cast(query: Query, centre: Point, outline: Outline, velocity: Point) -> CastHit | None:
-    """Returns what ``Simulation.cast`` does: the body of the hit is a slot, and what flies is accelerated by
-    gravity."""
+def cast(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point) -> CastHit | None:
+    """Returns what ``Simulation.cast`` does: the body of the hit is a slot."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     bent = query.composition.prepared.bent
     if any(query.periods) or bent:
-        k = _with_body(query, centre, outline, velocity)
+        k = _with_body(query, centre, outline, velocity, pull)
         meet = first_image if discs else first_cast
         if bent:
             meet = first_bent if discs else first_bent_shape
@@ -142,7 +141,7 @@ def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:
     return np.concatenate([np.zeros(0), *rows]), np.cumsum([0, *map(len, rows)])[which]
 
 
-def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -> Kernel:
+def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point) -> Kernel:
     """Returns what ``meet`` reads of the tables, with a body in a last row: anchored now, younger than all,
     without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
@@ -159,7 +158,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point) -
     body.x, body.y, body.vx, body.vy, body.radius = x, y, *velocity, circle_around(outline)
     body.anchor, body.last = query.now, NOBODY
     if bent:
-        body.ax, body.ay = query.composition.prepared.gravity
+        body.ax, body.ay = pull
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
