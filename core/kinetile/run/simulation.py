@@ -688,7 +688,8 @@ class Simulation(Moment):
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
                 segments. Where axes are periodic it is narrower than a period.
             velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
-            acceleration: (ax, ay), each at most the largest of the scene (``Scene.pull``); by default gravity.
+            acceleration: (ax, ay), each at most the largest of the scene (``Scene.pull``); by default that
+                of gravity.
             kinds: only bodies of these kinds.
 
         Raises ValueError for what is no such body, or no velocity.
