@@ -51,7 +51,6 @@ REFUSED: dict[Cell, str] = {
             "shapes | obstacles": "the bodies are not all discs",
         },
     ),
-    **_of("space-time", {"gravity | rest": "has straight bands, and along y bodies are accelerated"}),
     ("foreign response", "certify-log"): "the specification has elastic, pass, restitution, stop",
     ("foreign response", "second implementation"): "not elastic, restitution, stop, pass",
     ("foreign narrow phase", "second implementation"): "in the specification bodies meet each other",

@@ -2,7 +2,8 @@
 
 The extent of a body along the axis is a band between two lines, its *bounds*. What sweep-and-prune does can
 be seen in them: where two bounds cross, two entries of its sorted list change places; where two bands
-overlap, the bodies are candidates along this axis. At a contact two bands have a kink.
+overlap, the bodies are candidates along this axis. At a contact two bands have a kink. The parabola of a body
+that is accelerated along the axis is drawn as ``PARTS`` straight pieces.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from kinetile.errors import BadOption
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import REMOVED
-from kinetile.kernel.plan import Plan, position_after
+from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
@@ -26,6 +27,9 @@ from kinetile.show.svg import LINE, MARGIN, SIZE, document, number, paper_rules
 
 MOST_PIECES = 20_000
 """The limit of pieces of bands: about 3 MB of SVG."""
+
+PARTS = 16
+"""Pieces between two events of a body that is accelerated."""
 
 HEIGHT = 480.0
 """The height of what is shown, in units of the file."""
@@ -75,15 +79,10 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     if axis not in ("x", "y"):
         raise BadOption(f"the axis of space and time is {axis!r}; expected x or y")
     which, begin, scene = "xy".index(axis), sim.time, sim.scene
-    if scene.pull[which]:
-        raise BadOption(
-            f"a picture of space and time has straight bands, and along {axis} bodies are accelerated"
-        )
-    going = {
-        int(body): (begin, Plan(*place.tolist(), *velocity.tolist()))
-        for body, place, velocity in zip(sim.bodies, sim.positions(), sim.velocities(), strict=True)
-    }
-    rows = BoundedRows(MOST_PIECES, Clock(scene.start, scene.time_unit))
+    present = sim.bodies, np.column_stack([sim.positions(), sim.velocities(), sim.accelerations()])
+    going = {int(body): (begin, BentPlan(*plan.tolist())) for body, plan in zip(*present, strict=True)}
+    parts = PARTS if scene.pull[which] else 1
+    rows = BoundedRows(MOST_PIECES // parts, Clock(scene.start, scene.time_unit))
     try:
         sim.run(until, recorder=rows)
     except TooManyRows as error:
@@ -93,15 +92,22 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
 
     def close(body: int, time: float) -> None:
         since, plan = going.pop(body)
-        pieces.append(Piece(body, since, time, plan[which], position_after(plan, time - since)[which]))
+        many = parts if plan[4 + which] else 1
+        elapsed = np.linspace(0.0, time - since, many + 1)
+        places = positions_after(plan, elapsed)[:, which].tolist()
+        times = [since, *(since + elapsed[1:-1]).tolist(), time]
+        pieces.extend(map(Piece, [body] * many, times, times[1:], places, places[1:]))
 
-    columns = (flights.body, log["time"][flights.row], flights.value(*Plan._fields))
+    before = np.zeros((1 + int(max(flights.body.max(initial=0), sim.bodies.max(initial=0))), 2))
+    before[present[0]] = present[1][:, 4:]
+    plans = np.column_stack([flights.value(*Plan._fields), flights.accelerations(before)])
+    columns = (flights.body, log["time"][flights.row], plans)
     ends = (log["b"][flights.row] == REMOVED).tolist()
     for body, time, numbers, is_end in zip(*(c.tolist() for c in columns), ends, strict=True):
         if body in going:
             close(body, time)
         if not is_end:
-            going[body] = time, Plan(*numbers)
+            going[body] = time, BentPlan(*numbers)
     for body in sorted(going):
         close(body, sim.time)
     reaches = _reaches(scene, which, 1 + max((piece.body for piece in pieces), default=-1))

@@ -2,6 +2,7 @@
 
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import kinetile as kt
@@ -29,6 +30,18 @@ def test_bands_are_the_plans_of_a_run():
     assert (run.low, run.high, run.reaches) == (0.0, 6.0, ((0.5, 0.5), (0.5, 0.5)))
     up = take_space_time(kt.Simulation(two_discs(), "naive"), 2.5, "y")
     assert {piece.place for piece in up.pieces} == {1.0}
+
+
+def test_a_body_that_falls_is_drawn_along_its_parabola():
+    """From the wall that it meets on as well, and where a command gives another acceleration."""
+    fall = kt.Scene([(1.0, 1.5)], [(0.0, 0.0)], 0.5, arena=(2.0, 2.0), gravity=(0.0, -2.0))
+    fall = fall.replace(commands=[kt.Accelerate(0, 1.5, (0.0, 0.0))])
+    pieces = take_space_time(kt.Simulation(fall, "naive"), 2.0, "y").pieces
+    falls = [(k / 16, 1.5 - (k / 16) ** 2) for k in range(1, 17)]
+    rises = [(1.0 + k / 32, 0.5 + k / 16 - (k / 32) ** 2) for k in range(1, 17)]
+    ends = np.array([(piece.end, piece.last) for piece in pieces])
+    assert ends == pytest.approx(np.array([*falls, *rises, (1.75, 1.5), (2.0, 1.25)]))
+    assert len(take_space_time(kt.Simulation(fall, "naive"), 2.0, "x").pieces) == 4
 
 
 def test_a_contact_is_marked_where_discs_touch():

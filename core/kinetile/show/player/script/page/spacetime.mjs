@@ -3,11 +3,12 @@
 // that plays.
 
 import { Backdrop } from "./paper.mjs";
-import { elapsed, fractionOf } from "../run/clock.mjs";
+import { between, elapsed, fractionOf } from "../run/clock.mjs";
 import { Motion } from "../run/motion.mjs";
 import { KINDS, givesPlans, isThereAfter } from "../run/rows.mjs";
 
 const SHEET = 1500; // rows of a run that are drawn together: more could not be told apart
+const PARTS = 16; // straight pieces of a parabola
 
 /** How far a body reaches below and above its place along an axis (0: x, 1: y). */
 function reachAlong(bodies, body, axis) {
@@ -29,12 +30,10 @@ export class SpaceTime {
     Object.assign(this, { canvas, player, axis: "" });
   }
 
-  /** Draw along an axis, unless bodies are accelerated along it. */
+  /** Draw along an axis. */
   show(axis) {
-    const isBent = axis && this.player.held.pull?.["xy".indexOf(axis)];
-    if (isBent) this.player.say(`space and time has straight bands, and along ${axis} bodies are accelerated`);
-    this.axis = isBent ? "" : axis;
-    this.canvas.hidden = !this.axis;
+    this.axis = axis;
+    this.canvas.hidden = !axis;
   }
 
   /** The rows of the first run that are drawn, and the moments where they begin and end. */
@@ -63,7 +62,12 @@ export class SpaceTime {
     const close = (body, moment) => {
       const from = began.get(body);
       if (!from) return;
-      pieces.push({ body, since: since(from), until: since(moment), from: motion.place(body, from)[which], to: motion.place(body, moment)[which] });
+      const parts = motion.pull(body)?.[which] ? PARTS : 1;
+      const stops = Array.from({ length: parts + 1 }, (_, at) => between(from, moment, at / parts));
+      for (let at = 0; at < parts; at += 1) {
+        const [begin, end] = [stops[at], stops[at + 1]];
+        pieces.push({ body, since: since(begin), until: since(end), from: motion.place(body, begin)[which], to: motion.place(body, end)[which] });
+      }
     };
     bodies.x.forEach((_, body) => start(body, begin));
     for (let row = first; row < last; row += 1) {
