@@ -11,6 +11,7 @@ import pytest
 import lanes
 from encounters import compiled
 from kinetile.kernel.certificates.bent import BentAxis, BentPlans, bent_parting, bent_touch, bent_wall
+from kinetile.kernel.certificates.quadratic import first_below
 from kinetile.kernel.tables import NEVER
 
 LIMIT = 1 << 62
@@ -120,6 +121,13 @@ def ask_walls(table, found):
     for i in range(len(table)):
         far, near, radius, slope, pull, tick = table[i]
         found[i] = bent_wall(far, near, radius, slope, pull, tick, 1.0 / tick)
+
+
+@compiled
+def ask_below(table, start, found):
+    for i in range(len(table)):
+        gap, _, _, rate, bend, tick = table[i]
+        found[i] = first_below(gap, rate, bend, start[i], tick, 1.0 / tick)
 
 
 def answers(table: np.ndarray) -> list[list[int]]:
@@ -349,6 +357,23 @@ def test_a_wall_is_reached_at_the_tick_of_rule_w(seed):
     for tick, row in zip(found.tolist(), table.tolist(), strict=True):
         far, near, radius, slope, pull, unit = map(Fraction, row)
         assert tick == right(whole([far - near - radius, slope * unit, pull * unit * unit / 2])), row
+
+
+@pytest.mark.parametrize("seed", lanes.first(1, range(26), many=3))
+def test_a_quadratic_is_below_zero_at_the_end_of_its_tick_and_of_none_before(seed):
+    rng = np.random.default_rng(seed)
+    table = walls(rng, lanes.examples(10_000 if seed else 1_000))
+    table[:, 0] -= table[:, 1] + table[:, 2]
+    start, found = np.zeros((2, len(table)), dtype=np.int64)
+    for _ in range(3):
+        ask_below(table, start, found)
+        for tick, since, row in zip(found.tolist(), start.tolist(), table.tolist(), strict=True):
+            gap, _, _, rate, bend, unit = map(Fraction, row)
+            c = whole([gap, rate * unit, bend * unit * unit / 2])
+            # Where it is not below zero before, it comes to be so by rule W.
+            assert tick == (since if at(c, since + 1) < 0 else right(c, since=since)), row
+        start = later(rng, np.repeat(found[:, None], 5, axis=1).tolist())
+        start[start >= LIMIT] = 0
 
 
 def test_a_ball_on_a_floor_and_one_at_a_ceiling_that_pulls_it_away():
