@@ -30,7 +30,10 @@ PRINTED = {
 }
 
 
-@pytest.mark.parametrize("example", PRINTED)
+COMPILED = [pytest.param(each, marks=(pytest.mark.slow, pytest.mark.compiled)) for each in PRINTED]
+
+
+@pytest.mark.parametrize("example", [*PRINTED, *COMPILED])
 def test_an_example_prints_its_events(example, capsys):
     with loaded(EXAMPLES / example) as module, remove("sorted-list"):  # kinetile-thesis may be installed
         module.main()

@@ -117,17 +117,14 @@ def ask_all(table, found):
 
 
 @compiled
-def ask_walls(table, found):
+def ask_walls(table, since, found):
+    """Writes when the gap of each row closes; or, from a tick ``since`` >= 0 on, is below zero at the end."""
     for i in range(len(table)):
         far, near, radius, slope, pull, tick = table[i]
-        found[i] = bent_wall(far, near, radius, slope, pull, tick, 1.0 / tick)
-
-
-@compiled
-def ask_below(table, start, found):
-    for i in range(len(table)):
-        gap, _, _, rate, bend, tick = table[i]
-        found[i] = first_below(gap, rate, bend, start[i], tick, 1.0 / tick)
+        if since[i] < 0:
+            found[i] = bent_wall(far, near, radius, slope, pull, tick, 1.0 / tick)
+        else:
+            found[i] = first_below(far, slope, pull, since[i], tick, 1.0 / tick)
 
 
 def answers(table: np.ndarray) -> list[list[int]]:
@@ -350,36 +347,27 @@ def walls(rng: Rng, n: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", lanes.first(1, range(26), many=3))
-def test_a_wall_is_reached_at_the_tick_of_rule_w(seed):
-    table = walls(np.random.default_rng(seed), lanes.examples(10_000 if seed else 1_000))
-    found = np.zeros(len(table), dtype=np.int64)
-    ask_walls(table, found)
-    for tick, row in zip(found.tolist(), table.tolist(), strict=True):
-        far, near, radius, slope, pull, unit = map(Fraction, row)
-        assert tick == right(whole([far - near - radius, slope * unit, pull * unit * unit / 2])), row
-
-
-@pytest.mark.parametrize("seed", lanes.first(1, range(26), many=3))
-def test_a_quadratic_is_below_zero_at_the_end_of_its_tick_and_of_none_before(seed):
+def test_a_wall_is_reached_at_the_tick_of_rule_w_and_a_gap_is_below_zero_at_the_end_of_its_tick(seed):
     rng = np.random.default_rng(seed)
     table = walls(rng, lanes.examples(10_000 if seed else 1_000))
-    table[:, 0] -= table[:, 1] + table[:, 2]
-    start, found = np.zeros((2, len(table)), dtype=np.int64)
-    for _ in range(3):
-        ask_below(table, start, found)
-        for tick, since, row in zip(found.tolist(), start.tolist(), table.tolist(), strict=True):
-            gap, _, _, rate, bend, unit = map(Fraction, row)
-            c = whole([gap, rate * unit, bend * unit * unit / 2])
-            # Where it is not below zero before, it comes to be so by rule W.
-            assert tick == (since if at(c, since + 1) < 0 else right(c, since=since)), row
-        start = later(rng, np.repeat(found[:, None], 5, axis=1).tolist())
-        start[start >= LIMIT] = 0
+    since, found = np.full((2, len(table)), -1)
+    for _ in range(4):
+        ask_walls(table, since, found)
+        for tick, first, row in zip(found.tolist(), since.tolist(), table.tolist(), strict=True):
+            far, near, radius, slope, pull, unit = map(Fraction, row)
+            c = whole([far - near - radius, slope * unit, pull * unit * unit / 2])
+            below = first >= 0 and at(c, first + 1) < 0  # else it comes to be below zero by rule W
+            assert tick == (first if below else right(c, since=max(first, 0))), row
+        table[:, 0] -= table[:, 1] + table[:, 2]
+        table[:, 1:3] = 0.0
+        since = later(rng, np.repeat(found[:, None], 5, axis=1).tolist())
+        since[since >= LIMIT] = 0
 
 
 def test_a_ball_on_a_floor_and_one_at_a_ceiling_that_pulls_it_away():
     def tick(far: float, near: float, slope: float, pull: float) -> int:
         found = np.zeros(1, dtype=np.int64)
-        ask_walls(np.array([[far, near, 0.25, slope, pull, 2.0**-52]]), found)
+        ask_walls(np.array([[far, near, 0.25, slope, pull, 2.0**-52]]), np.array([-1]), found)
         return int(found[0])
 
     assert tick(2.25, 0.0, 0.0, -1.0) == 2 * UNIT
