@@ -62,8 +62,7 @@ MEANINGLESS: dict[Cell, str] = {}
 
 REFUSED_TOGETHER: dict[Cell, str] = {
     **_of(
-        "no arena",
-        {"periodic x | periodic y | periodic xy": "expected an arena: its sides are the periods"},
+        "no arena", {"periodic x | periodic y | periodic xy": "expected an arena: its sides are the periods"}
     ),
     **{
         (axes, each): "none along y, which is periodic: nothing stops a fall there"

@@ -14,6 +14,7 @@ import pytest
 import kinetile as kt
 from agreement import ALL
 from kinetile.errors import BadOption
+from kinetile.kernel.tables import allocate, fields_in
 from kinetile.plugin.registry import registry
 from kinetile.run.readings import Readings
 
@@ -146,3 +147,39 @@ def test_each_law_has_a_guard_in_the_default_lane() -> None:
 def _is_slow(path: str, test: str) -> bool:
     above = (ROOT / path).read_text(encoding="utf-8").partition(f"\ndef {test}(")[0].rpartition("\n\n")[2]
     return re.search(r"^@pytest\.mark\.(slow|long)$", above, re.MULTILINE) is not None
+
+
+OWN = ("cells/*", "n*", "power/*", "so*", "sweep_*", "sweep_*/*")
+OTHERS = ("docs/examples/closest_pair", "docs/examples/*/*/sorted_list", "tests/foreign/*/*/stripes")
+STRUCTURES = [*(f"plugins/kinetile_plugins/{each}" for each in OWN), *OTHERS]
+
+
+def _read(node: ast.AST, names: dict[str, str]) -> str:
+    """Returns what an expression reads of ``k``, such as "k.clock.now", or nothing."""
+    if isinstance(node, ast.Attribute):
+        before = _read(node.value, names)
+        return before and f"{before}.{node.attr}"
+    if isinstance(node, ast.Subscript):
+        return _read(node.value, names)
+    return names.get(node.id, "") if isinstance(node, ast.Name) else ""
+
+
+def test_hooks_of_broad_phases_read_what_the_table_of_their_page_has() -> None:
+    page = (ROOT / "docs/writing-a-broad-phase.md").read_text(encoding="utf-8").replace("[i]", "")
+    rows = re.findall(r"^\| `(k[\w.\[\]]+)`(?:: `([\w ]+)`)? \| ", page.replace("[0]", ""), re.MULTILINE)
+    told = {f"{table}.{field}".strip(".") for table, fields in rows for field in fields.split(" ")}
+    tables = {f"k.{name}": fields_in(each.dtype) for name, each in allocate(2, 2, 2)._asdict().items()}
+    there = {f"{name}.{field}" for name, fields in tables.items() for field in fields} | {"k.near"}
+    assert told <= there
+    read = set()
+    for path in (path for each in STRUCTURES for path in ROOT.glob(f"{each}.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and "hook" in map(ast.unparse, node.decorator_list):
+                names = {"k": "k"}
+                for each in (*ast.walk(node), *ast.walk(node)):  # twice: names are given before they are read
+                    read.add(_read(each, names))
+                    if isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name):
+                        names[each.targets[0].id] = _read(each.value, names)
+    found = read - {"", "k", *(each.rpartition(".")[0] for each in there)}
+    demand(found <= told, f"no row of What hooks may read has {found - told}")
+    assert len(found) > 15

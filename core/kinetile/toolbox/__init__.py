@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING
 from kinetile.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from kinetile.kernel.certificates.dues import first_due as first_due
+    from kinetile.kernel.certificates.dues import no_dues as no_dues
+    from kinetile.kernel.certificates.dues import set_due as set_due
+    from kinetile.kernel.certificates.quadratic import falls_bent as falls_bent
     from kinetile.kernel.certificates.structural import falls as falls
     from kinetile.kernel.certificates.structural import falls_eight as falls_eight
     from kinetile.kernel.certificates.structural import falls_many as falls_many

@@ -7,17 +7,7 @@ from hypothesis import strategies as st
 
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.loop import calendar
-from kinetile.kernel.tables import (
-    GUESS,
-    NEVER,
-    NOBODY,
-    PAIR,
-    STRUCTURAL,
-    WALL,
-    Kernel,
-    allocate,
-    clear,
-)
+from kinetile.kernel.tables import GUESS, NEVER, NOBODY, PAIR, STRUCTURAL, WALL, Kernel, allocate, clear
 
 pytestmark = pytest.mark.small
 

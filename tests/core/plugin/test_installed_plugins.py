@@ -123,12 +123,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("wheels")
     good_phase = "class Bands:\n    pass\n"
     wheels = [
-        wheel(
-            made,
-            name,
-            *plugin,
-            **({"kinetile_good_phase": good_phase} if name == "kinetile-good" else {}),
-        )
+        wheel(made, name, *plugin, **({"kinetile_good_phase": good_phase} if name == "kinetile-good" else {}))
         for name, plugin in DISTRIBUTIONS.items()
     ]
     command = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index"]

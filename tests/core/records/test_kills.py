@@ -15,10 +15,7 @@ import kinetile as kt
 from kinetile.records import read_events, recover
 
 pytest.importorskip("pyarrow")
-pytestmark = [
-    pytest.mark.compiled,
-    pytest.mark.skipif(os.name == "nt", reason="sends signals to a process"),
-]
+pytestmark = [pytest.mark.compiled, pytest.mark.skipif(os.name == "nt", reason="sends signals to a process")]
 
 RUN = "run grid -s bodies=100 -s seed=7 --broad-phase cells --until 1e6 --json --events"
 FIRST = 100_000

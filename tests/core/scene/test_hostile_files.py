@@ -41,8 +41,7 @@ def check_message(error: Exception) -> None:
 
 @pytest.mark.parametrize("number", ["9" * 5000, "0x" + "f" * 5000, "-" + "1" * 4301, "0b1" + "0" * 9000])
 @pytest.mark.parametrize(
-    "text",
-    ["until = {}\n" + BODY, BODY + "mass = {}", "recipe = 'grid'\n[parameters]\nseed = {}", "{} = 1"],
+    "text", ["until = {}\n" + BODY, BODY + "mass = {}", "recipe = 'grid'\n[parameters]\nseed = {}", "{} = 1"]
 )
 def test_whole_numbers_of_5000_digits_gave_a_traceback(text: str, number: str) -> None:
     sentence = message(text.format(number))
@@ -64,8 +63,7 @@ def test_whole_numbers_beyond_64_bits_gave_a_traceback(line: str, number: int) -
 
 @pytest.mark.parametrize("parts", first(2, [33, 20_000, 3000, 200_000]))
 @pytest.mark.parametrize(
-    "text",
-    ["{} = 1", "[{}]\nb = 1", "[[{}]]", "[options.naive]\n{} = 1", "x = [{{ {} = 1 }}]", " {} = 1"],
+    "text", ["{} = 1", "[{}]\nb = 1", "[[{}]]", "[options.naive]\n{} = 1", "x = [{{ {} = 1 }}]", " {} = 1"]
 )
 @pytest.mark.parametrize("part", ["a", '"a.b"', "'é'"])
 def test_keys_of_thousands_of_parts_gave_a_traceback_or_never_ended(text: str, part: str, parts: int) -> None:

@@ -47,14 +47,7 @@ response = 'stop'
 [[obstacles]]
 points = [[0, 0]]
 """
-SHAPED = (
-    "shape = 0",
-    "radius = 1",
-    "shape = 1\nradius = 0.1",
-    "shape = 'a'",
-    "mass = 1",
-    "shape = 9",
-)
+SHAPED = ("shape = 0", "radius = 1", "shape = 1\nradius = 0.1", "shape = 'a'", "mass = 1", "shape = 9")
 OF_SHAPES = """
 [[shapes]]
 kind = "box"

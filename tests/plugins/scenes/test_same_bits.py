@@ -90,10 +90,7 @@ def test_runs_have_these_fingerprints_with_fewer_features_of_the_processor() -> 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
-    [
-        {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
-        *({"NUMBA_OPT": level} for level in "0123"),
-    ],
+    [{"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}, *({"NUMBA_OPT": level} for level in "0123")],
     ids=lambda settings: " ".join(f"{name}={value}" for name, value in settings.items()),
 )
 def test_runs_have_these_fingerprints_however_they_are_compiled(

@@ -285,10 +285,11 @@ def gap_sign_by_integers(plans: BentPlans, radius: float, radius2: float, count:
 
 
 @subroutine
-def wall_by_integers(
-    far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
-) -> int:
-    """Return the first count of ticks at which rule W holds of the gap to a wall, or ``NEVER``."""
+def read_way(
+    m: Cells, far: float, near: float, radius: float, slope: float, pull: float, tick: float
+) -> tuple[int, int]:
+    """Put the coefficients of the gap of ``wall_by_integers`` in their rows; return the cells in use, or an
+    end of 0 where there is no room."""
     power = int(math.frexp(tick)[1]) - 1
     first, end = room(CELLS, 0, far, 0)
     first, end = room(first, end, near, 0)
@@ -297,8 +298,7 @@ def wall_by_integers(
     first, end = room(first, end, pull, 2 * power - 1)
     end += 3
     if end > CELLS or first < 0:
-        return NEVER
-    m = zeros(MEMORY)
+        return 0, 0
     put(m, term(0, 0), far, 0, 1)
     put(m, term(0, 0), near, 0, -1)
     put(m, term(0, 0), radius, 0, -1)
@@ -306,5 +306,23 @@ def wall_by_integers(
     put(m, term(0, 2), pull, 2 * power - 1, 1)
     for degree in range(3):
         carry(m, term(0, degree), first, end, 1)
-    found = first_fall(m, first, end, Window(0, LIMIT, False, True), guess)
+    return first, end
+
+
+@subroutine
+def wall_by_integers(
+    far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
+) -> int:
+    """Return the first count of ticks at which rule W holds of the gap to a wall, or ``NEVER``."""
+    m = zeros(MEMORY)
+    first, end = read_way(m, far, near, radius, slope, pull, tick)
+    found = first_fall(m, first, end, Window(0, LIMIT, False, True), guess) if end > 0 else NONE
     return found if found >= 0 else NEVER
+
+
+@subroutine
+def way_sign_by_integers(gap: float, slope: float, pull: float, tick: float, count: int) -> int:
+    """Return the sign of a gap that widens like this, after a number of ticks; 1 of what has no room."""
+    m = zeros(MEMORY)
+    first, end = read_way(m, gap, 0.0, 0.0, slope, pull, tick)
+    return sign_at(m, first, end, 0, count) if end > 0 else 1

@@ -11,6 +11,7 @@ import pytest
 import lanes
 from encounters import compiled
 from kinetile.kernel.certificates.bent import BentAxis, BentPlans, bent_parting, bent_touch, bent_wall
+from kinetile.kernel.certificates.quadratic import first_below
 from kinetile.kernel.tables import NEVER
 
 LIMIT = 1 << 62
@@ -116,10 +117,14 @@ def ask_all(table, found):
 
 
 @compiled
-def ask_walls(table, found):
+def ask_walls(table, since, found):
+    """Writes when the gap of each row closes; or, from a tick ``since`` >= 0 on, is below zero at the end."""
     for i in range(len(table)):
         far, near, radius, slope, pull, tick = table[i]
-        found[i] = bent_wall(far, near, radius, slope, pull, tick, 1.0 / tick)
+        if since[i] < 0:
+            found[i] = bent_wall(far, near, radius, slope, pull, tick, 1.0 / tick)
+        else:
+            found[i] = first_below(far, slope, pull, since[i], tick, 1.0 / tick)
 
 
 def answers(table: np.ndarray) -> list[list[int]]:
@@ -342,19 +347,27 @@ def walls(rng: Rng, n: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", lanes.first(1, range(26), many=3))
-def test_a_wall_is_reached_at_the_tick_of_rule_w(seed):
-    table = walls(np.random.default_rng(seed), lanes.examples(10_000 if seed else 1_000))
-    found = np.zeros(len(table), dtype=np.int64)
-    ask_walls(table, found)
-    for tick, row in zip(found.tolist(), table.tolist(), strict=True):
-        far, near, radius, slope, pull, unit = map(Fraction, row)
-        assert tick == right(whole([far - near - radius, slope * unit, pull * unit * unit / 2])), row
+def test_a_wall_is_reached_at_the_tick_of_rule_w_and_a_gap_is_below_zero_at_the_end_of_its_tick(seed):
+    rng = np.random.default_rng(seed)
+    table = walls(rng, lanes.examples(10_000 if seed else 1_000))
+    since, found = np.full((2, len(table)), -1)
+    for _ in range(4):
+        ask_walls(table, since, found)
+        for tick, first, row in zip(found.tolist(), since.tolist(), table.tolist(), strict=True):
+            far, near, radius, slope, pull, unit = map(Fraction, row)
+            c = whole([far - near - radius, slope * unit, pull * unit * unit / 2])
+            below = first >= 0 and at(c, first + 1) < 0  # else it comes to be below zero by rule W
+            assert tick == (first if below else right(c, since=max(first, 0))), row
+        table[:, 0] -= table[:, 1] + table[:, 2]
+        table[:, 1:3] = 0.0
+        since = later(rng, np.repeat(found[:, None], 5, axis=1).tolist())
+        since[since >= LIMIT] = 0
 
 
 def test_a_ball_on_a_floor_and_one_at_a_ceiling_that_pulls_it_away():
     def tick(far: float, near: float, slope: float, pull: float) -> int:
         found = np.zeros(1, dtype=np.int64)
-        ask_walls(np.array([[far, near, 0.25, slope, pull, 2.0**-52]]), found)
+        ask_walls(np.array([[far, near, 0.25, slope, pull, 2.0**-52]]), np.array([-1]), found)
         return int(found[0])
 
     assert tick(2.25, 0.0, 0.0, -1.0) == 2 * UNIT

@@ -171,11 +171,7 @@ def test_a_cast_shape_meets_whom_the_body_meets_whose_shape_it_is(seed):
     rest = np.delete(np.arange(len(scene)), body)
     columns = {name: getattr(scene, name)[rest] for name in ("position", "velocity", "mass", "shape")}
     others = kt.Scene(
-        **columns,
-        shapes=scene.shapes,
-        arena=scene.arena,
-        periodic=scene.periodic,
-        unit=scene.time_unit,
+        **columns, shapes=scene.shapes, arena=scene.arena, periodic=scene.periodic, unit=scene.time_unit
     )
     shape = scene.shapes[scene.shape[body]]
     hit = kt.Simulation(others, "naive").cast((*scene.position[body], shape), scene.velocity[body])

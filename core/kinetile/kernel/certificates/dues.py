@@ -1,0 +1,43 @@
+"""Several certificates a body: a tree of their ticks, of which the kernel's queue has the first.
+
+A table has a row for each body. Of w certificates the last w numbers of the row are the ticks, and number v
+before them is the lesser of 2 v and 2 v + 1. So number 1 is the first of all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetile.kernel.certificates.structural import Integers, schedule
+from kinetile.kernel.compiled import hook, smaller
+from kinetile.kernel.tables import NEVER, Kernel, Records
+
+
+def no_dues(slots: int, certificates: int) -> Integers:
+    """Return a table for bodies that have up to so many certificates each, filled with ``NEVER``, as it is to
+    be in ``build``. It belongs to the ``ticks`` of a phase."""
+    return np.full((slots, 2 * max(certificates, 1)), NEVER, np.int64)
+
+
+@hook
+def set_due(k: Kernel, due: Records, body: int, which: int, tick: int) -> None:
+    """Set when certificate ``which``, from 0 on, of a body fails, and ``schedule`` the first of the body's.
+    O(log of how many it has)."""
+    at = which + due.shape[1] // 2
+    due[body, at] = tick
+    while at > 1:
+        at //= 2
+        due[body, at] = smaller(due[body, 2 * at], due[body, 2 * at + 1])
+    schedule(k, body, due[body, 1])
+
+
+@hook
+def first_due(due: Records, body: int) -> int:
+    """Return which of a body's certificates fails first: in ``repair`` the one that fails now."""
+    first = due.shape[1] // 2
+    at = 1
+    while at < first:
+        at *= 2
+        if due[body, at + 1] < due[body, at]:
+            at += 1
+    return int(at - first)

@@ -1,0 +1,55 @@
+"""When a quantity that is quadratic in time falls below zero: structural certificates of degree 2.
+
+The quantity is G(n) = gap + rate t + bend t^2 / 2, t being n ticks. Its certificate fails at the first tick
+from ``start`` on at whose end it is below zero, the first n with G(n + 1) < 0. So it holds where G only comes
+to zero, or is below it for less than a tick.
+
+If G(start + 1) < 0 that is ``start``. Else G(n) >= 0 > G(n + 1) at the tick that is sought, so rule W holds
+there (``bent``); and wherever rule W holds, G(n + 1) < 0. So the tick is the first from ``start`` on at which
+rule W holds. ``bent_wall`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was below
+zero and is not so any more: then it is convex and rises, and stays above.
+
+A value in doubles is off by 2^-100 of its size where ``bent_wall`` has room; else whole numbers decide.
+"""
+
+from __future__ import annotations
+
+from kinetile.kernel.certificates.bent import Way, bent_wall, place_at, time_of
+from kinetile.kernel.certificates.bent_integers import way_sign_by_integers
+from kinetile.kernel.certificates.contact import LARGE, SMALL
+from kinetile.kernel.compiled import apart, hook
+from kinetile.kernel.tables import NEVER, Kernel
+
+
+@apart
+def first_below(gap: float, rate: float, bend: float, start: int, tick: float, per_time: float) -> int:
+    """Return the first count of ticks, from ``start`` (0 to 2^62 - 1) on, at whose end G is below zero;
+    ``NEVER`` if that is not before 2^62, or a number is not finite."""
+    slow = abs(rate) < SMALL and rate != 0.0
+    weak = abs(bend) < SMALL and bend != 0.0
+    below = known = False
+    if abs(gap) + (abs(rate) + abs(bend)) < LARGE and not (slow or weak) and tick > 2.0**-100:
+        t, rest = time_of(start + 1, tick)
+        value, _, size = place_at(Way(gap, 0.0, rate, 0.0, bend, 0.0, abs(gap), abs(rate)), t, rest)
+        below = value < 0.0
+        known = abs(value) > 2.0**-100 * size
+    if not known:
+        below = way_sign_by_integers(gap, rate, bend, tick, start + 1) < 0
+    if below:
+        return start
+    found = bent_wall(gap, 0.0, 0.0, rate, bend, tick, per_time)
+    return found if found > start else NEVER
+
+
+@hook
+def falls_bent(k: Kernel, since: int, gap: float, rate: float, bend: float) -> int:
+    """Return the first tick from now on at whose end a quadratic quantity is below zero, or ``NEVER``.
+
+    At tick ``since``, not after now, it is ``gap``, changes by ``rate`` per unit of time, and that by
+    ``bend``: at time t later it is gap + rate t + bend t^2 / 2. The tick is exact for these doubles; how far
+    they are off is up to the caller. With the opposite signs of all three it is another tick: what an event
+    has exchanged is not exchanged back at that tick. From 2^62 ticks after ``since`` on nothing is predicted.
+    """
+    clock = k.clock[0]
+    found = first_below(gap, rate, bend, clock.now - since, clock.tick, clock.per_time)
+    return since + int(found) if found < NEVER else NEVER
