@@ -12,10 +12,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="its programs ar
 
 SHIM = "error: rustup could not choose a version of rustc to run, because one wasn't specified"
 BROKEN = {
-    "a shim of nothing": (
-        f"#!/bin/sh\necho {SHIM!r} >&2\nexit 1\n",
-        "rustup could not choose",
-    ),
+    "a shim of nothing": (f"#!/bin/sh\necho {SHIM!r} >&2\nexit 1\n", "rustup could not choose"),
     "a program that runs and makes nothing": ("#!/bin/sh\n", "No such file|its answer is ''"),
     "a program that ends by a signal": ("#!/bin/sh\nkill -SEGV $$\n", "exit code -11"),
     "a file that is no program": ("\x7fELF", "Exec format error"),

@@ -24,15 +24,7 @@ from kinetile_accuracy import report
 from kinetile_accuracy.drawing import new_figure
 from kinetile_accuracy.long_runs import drift
 from kinetile_accuracy.report import command, measure_parts, verdict, write_report
-from kinetile_accuracy.sections import (
-    Claim,
-    Column,
-    ReportFigure,
-    Section,
-    Table,
-    cell,
-    number,
-)
+from kinetile_accuracy.sections import Claim, Column, ReportFigure, Section, Table, cell, number
 
 
 @dataclass(frozen=True)
@@ -215,10 +207,7 @@ def test_what_was_measured_is_printed_when_it_cannot_be_written(one_part, tmp_pa
 
 @pytest.mark.parametrize(
     ("module", "package", "part"),
-    [
-        ("matplotlib", "matplotlib", "queries"),
-        ("flint", "python-flint", "oracle"),
-    ],
+    [("matplotlib", "matplotlib", "queries"), ("flint", "python-flint", "oracle")],
 )
 def test_a_missing_package_is_reported_with_its_extra_before_anything_is_measured(
     module, package, part, tmp_path, monkeypatch

@@ -134,11 +134,7 @@ def test_many_rows_are_shown_on_mutants():
             "same-contacts-after-a-change-of-view",
             "32 times as large, contact 2 is missing: body 0",
         ),
-        (
-            "floor",
-            "same-contacts-after-a-change-of-view",
-            "moved, contact 1 is missing: body 0 with body 1",
-        ),
+        ("floor", "same-contacts-after-a-change-of-view", "moved, contact 1 is missing: body 0 with body 1"),
         ("sizes", "same-contacts-beside-giants", "contact 3 is missing: body 0 with body 9"),
         ("many", "same-contacts-in-a-swarm", "contact 61 is missing: body 33 with body 34"),
         ("late", "its-structure-is-true", "bodies 0 and 1 touch (gap -2.2e-16) and are not a candidate pair"),

@@ -31,13 +31,7 @@ def report(*results: Result, **more: object) -> Report:
 
 
 @pytest.mark.parametrize(
-    ("status", "ok"),
-    [
-        ("passed", True),
-        ("skipped", True),
-        ("failed", False),
-        ("died", False),
-    ],
+    ("status", "ok"), [("passed", True), ("skipped", True), ("failed", False), ("died", False)]
 )
 def test_what_conforms(status, ok):
     result = Result("some-check", "It does.", status, 1, 0.0)

@@ -61,9 +61,7 @@ class WrongConvex(Convex):
 KINDS = ("disc", "capsule", "box", "polygon", "segment")
 
 
-_added = fixture(
-    kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair", shapes=KINDS),
-)
+_added = fixture(kt.NarrowPhaseSpec("wrong-convex", WrongConvex, role="pair", shapes=KINDS))
 
 
 def drawn(squares: bool) -> list[kt.Scene]:

@@ -58,10 +58,7 @@ def installed(folder: Path, body: str) -> list[str]:
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "return int(k.bodies[0].vz)",
-            False,
-            r"vz.*faulty_phase\.py, line 13\)",
-            marks=pytest.mark.slow,
+            "return int(k.bodies[0].vz)", False, r"vz.*faulty_phase\.py, line 13\)", marks=pytest.mark.slow
         ),
     ],
 )

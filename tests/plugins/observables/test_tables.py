@@ -45,10 +45,7 @@ def test_the_pressure_of_few_discs_is_that_of_the_table(bodies, density, time, w
     assert abs(reduced - wanted) < 3.0 * own
 
 
-@pytest.mark.parametrize(
-    ("reduced_density", "wanted"),
-    FLUID.items(),
-)
+@pytest.mark.parametrize(("reduced_density", "wanted"), FLUID.items())
 def test_the_equation_of_state_of_the_fluid(reduced_density, wanted):
     density = reduced_density * math.pi / 4.0
     ratio = compressibility(4096, density, 20.0, 160.0 / reduced_density)

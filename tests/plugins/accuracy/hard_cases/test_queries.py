@@ -76,10 +76,7 @@ def everything(queries: Queries) -> Ticks:
     ],
 )
 def test_answers_that_are_wrong_are_found_out(
-    name: str,
-    answers: Callable[[Queries], Ticks],
-    missed: tuple[float, float],
-    invented: tuple[float, float],
+    name: str, answers: Callable[[Queries], Ticks], missed: tuple[float, float], invented: tuple[float, float]
 ) -> None:
     """By the share of contacts that they miss, and of the others of which they make contacts."""
     row = measured(name, answers)

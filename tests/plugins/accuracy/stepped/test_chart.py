@@ -15,23 +15,9 @@ import pytest
 import kinetile as kt
 from kinetile_accuracy.report import write_report
 from kinetile_accuracy.stepped import chart as speed_error
-from kinetile_accuracy.stepped.chart import (
-    EFFORTS,
-    FINDERS,
-    Effort,
-    claims,
-    crossing,
-    findings,
-    measure,
-)
+from kinetile_accuracy.stepped.chart import EFFORTS, FINDERS, Effort, claims, crossing, findings, measure
 from kinetile_accuracy.stepped.engines import ENGINES
-from kinetile_accuracy.stepped.methods import (
-    Method,
-    SpeedError,
-    first_encounters,
-    found,
-    reference_runs,
-)
+from kinetile_accuracy.stepped.methods import Method, SpeedError, first_encounters, found, reference_runs
 from kinetile_accuracy.stepped.snapshots import STEPPED
 from lanes import ALIKE, first
 
@@ -213,12 +199,7 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
     figure = draw_speed_error((*KINETIC, *CURVE, *engines, *both))
     said = {text.get_text() for axes in figure.axes for text in axes.texts}
     said |= {text.get_text() for text in figure.legends[0].get_texts()}
-    assert {name for name, *_ in speed_error._LOOKS.values()} | {
-        "naive",
-        "sap-1d",
-        "cells",
-        "sap-2d",
-    } <= said
+    assert {name for name, *_ in speed_error._LOOKS.values()} | {"naive", "sap-1d", "cells", "sap-2d"} <= said
     assert {"slower", "faster", "dt = 1e-4"} <= said
     assert [axes.get_yscale() for axes in figure.axes] == ["log"] * 4
     assert figure.axes[2].get_xticklabels()[0].get_text() == "none"

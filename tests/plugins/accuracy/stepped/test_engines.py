@@ -9,12 +9,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import Refused
-from kinetile_accuracy.stepped.engines import (
-    ENGINES,
-    EngineName,
-    engine_settings,
-    run_engine,
-)
+from kinetile_accuracy.stepped.engines import ENGINES, EngineName, engine_settings, run_engine
 from kinetile_accuracy.stepped.snapshots import SteppedRun
 
 PACKAGES = {"chipmunk": "pymunk", "box2d": "Box2D", "box2d-bullets": "Box2D"}
