@@ -4,7 +4,9 @@ import re
 import shlex
 import struct
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -12,6 +14,7 @@ from installing import install, run
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("figures", "thesis")
+SVG = "{http://www.w3.org/2000/svg}"
 PHOTOGRAPHS = ROOT / "docs" / "figures"
 MOST = 30_000
 """Bytes of a picture of one moment."""
@@ -79,6 +82,31 @@ def test_diagrams_are_what_their_script_draws(tmp_path):
     drawn = {path.name: path.read_bytes() for path in tmp_path.glob("*.svg")}
     assert drawn == {name: (PHOTOGRAPHS / name).read_bytes() for name in diagrams()}
     assert max(map(len, drawn.values())) < MOST
+
+
+def test_names_of_curves_stand_at_their_curves_in_their_colours_and_apart():
+    # The name of sap-1d stood beside the curve of naive.
+    root = ElementTree.fromstring((PHOTOGRAPHS / "densities.svg").read_text(encoding="utf-8"))
+    found = {}
+    for series in root.iter(f"{SVG}g"):
+        curve, name = series.find(f"{SVG}polyline"), series.find(f"{SVG}text")
+        assert series.get("class") == f"series {name.text}"
+        end = float(curve.get("points").split(",")[-1])
+        found[name.text] = end, float(name.get("y")) - 5.0, curve.get("stroke-dasharray")
+    places = sorted(found.values())
+    assert len(found) == len({dashes for *_, dashes in places}) == 5
+    assert all(abs(end - at) < 18.0 for end, at, _ in places)
+    assert all(after - before >= 17.9 for (_, before, _), (_, after, _) in pairwise(places))
+
+
+def test_pictures_before_and_after_share_a_scale():
+    befores = sorted((ROOT / "docs" / "thesis").glob("*-before.svg"))
+    for before in befores:
+        pair = before, before.with_name(before.name.replace("before", "after"))
+        scale = re.compile(r'viewBox="[^"]+"|h[\d.]+".*speed .*<')
+        one, other = (scale.findall(path.read_text("utf-8")) for path in pair)
+        assert one == other, before.name
+    assert len(befores) == 11
 
 
 @pytest.mark.parametrize("name", MOVING)

@@ -160,6 +160,16 @@ def test_every_link_within_the_site_leads_to_a_file_and_a_place_in_it(site):
 
 
 @pytest.mark.site
+def test_each_tile_of_the_gallery_is_a_picture_that_leads_to_its_page(site):
+    wanted = len(
+        re.findall("^kinetile view", (DOCS / "gallery.md").read_text(encoding="utf-8"), re.MULTILINE)
+    )
+    text = (site / "gallery.html").read_text(encoding="utf-8")
+    tiles = re.findall(r'class="tile"><a [^>]*href="([^"]+\.html)"><img src="([^"]+\.svg)" alt="Play: ', text)
+    assert len({page for page, _ in tiles}) == len({picture for _, picture in tiles}) == wanted > 12
+
+
+@pytest.mark.site
 def test_words_of_the_glossary_have_their_places(site):
     anchors = places(site / "promises.html").anchors
     assert {"term-certificate", "term-candidate-pair", "term-broad-phase", "term-tick"} <= anchors

@@ -16,7 +16,10 @@ a reader makes it::
 * ``--out`` names the file on the site; ``view`` may go without it. ``--open`` and ``--overwrite`` are not
   for here. Files that a command names are looked for from the folder in which the document stands.
 * ``:height: 30rem`` in the first line of the block is how high the frames are, 54rem without it; ``:link:
-  try`` opens the page at its link ``#try``. ``:class: tiles`` puts the frames beside each other.
+  try`` opens the page at its link ``#try``.
+* ``:class: tiles`` puts pictures beside each other, each of which leads to the page of its command: of a
+  third of the time that ``--until`` says, else of the start, with arrows, and with the structure unless
+  ``--no-steps`` is said. Captions of tiles are parts of that of the block, between semicolons.
 
 A command that fails is a warning of the type ``live.failed``, with what it has said; where warnings are
 errors, there is no site.
@@ -41,6 +44,7 @@ import sys
 from functools import cache
 from importlib import import_module, metadata
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -91,18 +95,30 @@ class Live(SphinxDirective):
         inline, messages = self.parse_inline(self.arguments[0] if self.arguments else "")
         caption = nodes.caption("", "", *inline)
         made: list[nodes.Node] = []
-        for command in commands("\n".join(self.content)):
+        tiled, lines = "tiles" in self.options.get("class", ()), commands("\n".join(self.content))
+        parts = self.arguments[0].rstrip(".").split("; ") if tiled else [caption.astext()] * len(lines)
+        for command, part in zip(lines, parts, strict=True):
             try:
-                made.append(self._made(command, caption.astext()))
+                made.append(self._tile(command, part) if tiled else self._made(command, part))
             except Refused as error:
                 remembered(self.env).setdefault(self.env.docname, {})[command] = NOTHING
                 said.warning(
                     "%s: %s", command, error, type="live", subtype="failed", location=self.get_location()
                 )
         figure = nodes.container("", *made, classes=["live", *self.options.get("class", ())])
-        if self.arguments:
+        if self.arguments and not tiled:
             figure += [caption, *messages]
         return [figure]
+
+    def _tile(self, command: str, part: str) -> nodes.Node:
+        inline, messages = self.parse_inline(part[:1].upper() + part[1:])
+        caption = nodes.caption("", "", *inline)
+        page, picture = (
+            self._made(command, caption.astext()),
+            self._made(drawn_for(command), caption.astext()),
+        )
+        page["picture"] = picture["uri"]
+        return nodes.container("", page, caption, *messages)
 
     def _made(self, command: str, title: str) -> nodes.Node:
         here = Path(self.env.doc2path(self.env.docname)).parent
@@ -125,6 +141,18 @@ def commands(text: str) -> list[str]:
     """Return the commands of a block, each in one line."""
     lines = text.replace("\\\n", " ").splitlines()
     return [" ".join(line.removeprefix("$ ").split()) for line in lines if line.strip()]
+
+
+def drawn_for(command: str) -> str:
+    """Return the command that draws the picture of a tile, for one that makes its page."""
+    words = shlex.split(command)
+    kept = ["kinetile", "draw", words[2], "--velocities", "--no-pairs"]
+    for word, value in pairwise(words):
+        if word in ("-s", "--set", "--broad-phase"):
+            kept += [word, value]
+        if word == "--until":
+            kept += ["--at", f"{float(value) / 3:g}"]
+    return shlex.join([*kept, *(["--roles", "certificate"] if "--no-steps" in words else [])])
 
 
 def read(command: str) -> tuple[list[str], str]:
@@ -205,7 +233,11 @@ def show(self: Any, node: shown) -> None:
     """Write a frame or a picture into a page of the site."""
     up = posixpath.relpath(node["uri"], posixpath.dirname(self.builder.current_docname) or ".")
     title, uri = html.escape(node["title"]), html.escape(up)
-    if uri.endswith(".html"):
+    if "picture" in node:
+        picture = html.escape(posixpath.join(posixpath.dirname(up), posixpath.basename(node["picture"])))
+        link = f'<a class="reference internal" href="{uri}"><img src="{picture}" alt="Play: {title}"></a>'
+        self.body.append(f'<div class="tile">{link}<p class="live-link">')
+    elif uri.endswith(".html"):
         height = html.escape(node["height"])
         place = uri + html.escape(node["link"])
         self.body.append(

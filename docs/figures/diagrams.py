@@ -24,8 +24,14 @@ STYLE = (
     ".box{fill:#39424c;stroke:#c0c6cc}.grid{stroke:#333}}"
 )
 
-COLOURS = {"naive": "#CC79A7", "cells": "#009E73", "sap-1d": "#56B4E9", "sap-2d": "#8C8C8C"}
-COLOURS |= {"sweep-tiling": "#D55E00"}
+SERIES = {
+    "naive": ("#A3437A", "#CC79A7", "4 4", "M-4-4h8v8h-8z"),
+    "cells": ("#00795A", "#2FC79B", "", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z"),
+    "sap-1d": ("#0072B2", "#56B4E9", "10 4", "M0-5L5 4H-5z"),
+    "sap-2d": ("#666666", "#A8A8A8", "2 3", "M0 5L5-4H-5z"),
+    "sweep-tiling": ("#B84A00", "#F08A40", "10 3 2 3", "M0-5.5L5.5 0L0 5.5L-5.5 0z"),
+}
+"""Of each phase in a chart its colours on light and on dark, its dashes and its marker."""
 
 HEAD = (
     '<marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
@@ -192,31 +198,57 @@ def chart(title: str, across: str, curves: dict[str, list[tuple[float, float]]])
     (x0, x1), (y0, y1) = (
         (math.log10(min(each)), math.log10(max(each))) for each in zip(*points, strict=True)
     )
-    y0, y1 = min(math.floor(y0), math.ceil(y1) - 1), math.ceil(y1)
+    lines = [k * 10**power for power in range(6) for k in (1, 2, 5)]
+    y0 = math.log10(max(each for each in lines if math.log10(each) <= y0))
+    y1 = math.log10(min(each for each in lines if math.log10(each) >= y1))
 
     def place(x: float, y: float) -> tuple[float, float]:
         along, up = (math.log10(x) - x0) / (x1 - x0), (math.log10(y) - y0) / (y1 - y0)
         return left + (right - left) * along, bottom - (bottom - top) * up
 
     parts = [text(left, 10, "thousand contacts a CPU second", "small left")]
-    for power in range(y0, y1 + 1):
-        y = place(points[0][0], 10.0**power)[1]
-        parts.append(f'<line class="grid" x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(text(left - 8, round(y, 1), f"{10**power:,}", "small right"))
+    for line in lines:
+        if y0 <= math.log10(line) <= y1:
+            y = place(points[0][0], line)[1]
+            parts.append(f'<line class="grid" x1="{left}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}"/>')
+            parts.append(text(left - 8, round(y, 1), f"{line:,}", "small right"))
     for x in sorted({x for x, _ in points}):
-        parts.append(text(round(place(x, 10.0**y0)[0], 1), bottom + 16, f"{x:,g}", "small"))
+        words = f"{x:,.0f}" if x >= 1 else f"{x:g}"
+        parts.append(text(round(place(x, 10.0**y0)[0], 1), bottom + 16, words, "small"))
     parts.append(text((left + right) / 2, bottom + 36, across, "small"))
-    lowest = bottom + LINE
-    for name, curve in sorted(curves.items(), key=lambda each: max(each[1])[1]):
-        colour = COLOURS[name]
-        places = [place(*point) for point in curve]
+    rules = [".series text,.series path{fill:currentColor}"]
+    rules.append(".series .curve,.series .line{fill:none;stroke:currentColor}")
+    ends = {name: place(*max(curve))[1] for name, curve in curves.items()}
+    for name, named_at in apart(ends).items():
+        light, dark, dashes, marker = SERIES[name]
+        rules.append(f".{name}{{color:{light}}}@media(prefers-color-scheme:dark){{.{name}{{color:{dark}}}}}")
+        places = [place(*point) for point in sorted(curves[name])]
         path = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
-        parts.append(f'<polyline class="curve" stroke="{colour}" points="{path}"/>')
-        parts += [f'<circle fill="{colour}" cx="{x:.1f}" cy="{y:.1f}" r="3.5"/>' for x, y in places]
-        end, height = max(places)
-        lowest = min(height, lowest - LINE)  # names of curves that end beside each other stand apart
-        parts.append(text(round(end + 10, 1), round(lowest, 1), name, "left"))
-    return picture(720, bottom + 52, title, *parts)
+        marks = "".join(f'<path transform="translate({x:.1f} {y:.1f})" d="{marker}"/>' for x, y in places)
+        end, height = places[-1]
+        parts += [
+            f'<g class="series {name}"><polyline class="curve" stroke-dasharray="{dashes}" points="{path}"/>',
+            f'{marks}<path class="line" d="M{end + 6:.1f} {height:.1f}L{end + 20:.1f} {named_at:.1f}"/>',
+            f"{text(round(end + 24, 1), round(named_at, 1), name, 'left')}</g>",
+        ]
+    return picture(720, bottom + 52, title, f"<style>{''.join(rules)}</style>", *parts)
+
+
+def apart(ends: dict[str, float]) -> dict[str, float]:
+    """Return the heights of names beside the ends of their curves, a line apart: those that would overlap
+    are spread around the middle of their ends, in the order of these."""
+    groups: list[list[str]] = []
+    spread: dict[str, float] = {}
+    for name in sorted(ends, key=lambda name: ends[name]):
+        groups.append([name])
+        while True:
+            middle = sum(ends[each] for each in groups[-1]) / len(groups[-1])
+            first = middle - LINE * (len(groups[-1]) - 1) / 2
+            if len(groups) < 2 or first >= spread[groups[-2][-1]] + LINE:
+                break
+            groups[-2:] = [groups[-2] + groups[-1]]
+        spread |= {each: first + LINE * at for at, each in enumerate(groups[-1])}
+    return spread
 
 
 def densities() -> str:

@@ -28,7 +28,7 @@ phase (or None) and ``until``, and returns a View, or None for a file that is no
 
 PairsOption = Annotated[
     bool | None,
-    cli.flag("Draw lines between pairs of bodies; by default, of up to 250.", "--pairs/--no-pairs"),
+    cli.flag("Draw lines between pairs of bodies; by default, up to 400.", "--pairs/--no-pairs"),
 ]
 
 
@@ -101,7 +101,7 @@ def draw(
 def _drawn(
     simulation: Simulation, roles: list[str] | None, pairs: bool | None, form: str, velocities: bool
 ) -> bytes:
-    from kinetile.show.picture import MOST_PAIRED, take_picture
+    from kinetile.show.picture import MOST_PAIRS, take_picture
     from kinetile.show.printed import as_printed
     from kinetile.show.svg import as_svg
 
@@ -110,7 +110,7 @@ def _drawn(
     except ValueError as error:
         raise BadOption(f"--roles: {error}") from error
     if picture.left_out:
-        notice(f"kinetile: pairs are left out, of more than {MOST_PAIRED} bodies; --pairs draws them")
+        notice(f"kinetile: pairs are left out, they are more than {MOST_PAIRS}; --pairs draws them")
     return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
 
 

@@ -93,10 +93,14 @@ class Film:
                 progress(done, len(self.times))
 
     def _pictures(self, structure: bool) -> Iterator[tuple[float, Picture]]:
-        simulation = copy(self.simulation)
+        simulation, pairs, left_out = copy(self.simulation), self.pairs, ""
         for time in self.times:
             simulation.run(time)
-            yield time, take_picture(simulation, structure=structure, pairs=self.pairs)
+            picture = take_picture(simulation, structure=structure, pairs=pairs)
+            if pairs is None:  # decided once: lines that come and go with their number would flicker
+                left_out = picture.left_out
+                pairs = not left_out
+            yield time, replace(picture, left_out=left_out)
 
     def _view(self) -> tuple[Place, Place]:
         """Returns the corners of what the film shows; without an arena, by a run for the positions alone."""
@@ -142,7 +146,7 @@ def film(
         seconds: how long the film plays, at 25 frames a second.
         width: of a frame, in pixels; a scene taller than twice that is drawn smaller.
         structure: whether the structure of the broad phase is drawn.
-        pairs: whether lines between pairs of bodies are drawn; None: of up to 250 bodies.
+        pairs: whether lines between pairs of bodies are drawn; None: up to 400 in the first frame.
 
     Raises BadOption for values that make no film.
     """

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
@@ -25,8 +25,8 @@ from kinetile.scene.bodies import in_box, whole_periods
 from kinetile.scene.scene import in_words
 from kinetile.scene.shapes import Shape
 
-MOST_PAIRED = 250
-"""The most bodies between which lines are drawn without ``pairs``: of more, they cover the picture."""
+MOST_PAIRS = 400
+"""The most lines between two bodies that are drawn without ``pairs``: more cover the picture."""
 
 WITHOUT_PAIRS = ", without pairs (--pairs)"
 """The end of the caption of a picture from which they are left out."""
@@ -72,7 +72,9 @@ class Picture:
 
     Attributes:
         caption, left_out: scene, broad phase and time, in words; its end, where pairs are left out.
-        low, high: the corners of the view: the ``arena``, or the bounds of the bodies; lengths of the scene.
+        low, high: the corners of the view: the ``arena``, or the bounds of the bodies, now and at the start,
+            and of the line along which they are sorted; lengths of the scene.
+        arrow_time: the time in which a body flies the length of its arrow; 0: none moves.
         discs: the bodies, by number; then images of those that reach over a periodic border.
         shapes: what the broad phase draws, every coordinate a number.
         next: when the first certificate of a shape fails; ticks since the start, None: never.
@@ -82,6 +84,7 @@ class Picture:
     caption: str
     low: Place
     high: Place
+    arrow_time: float
     arena: bool
     discs: tuple[PlacedDisc, ...]
     shapes: tuple[Item, ...]
@@ -100,13 +103,6 @@ class Picture:
         looks = [(role, LOOKS[role]) for role in self.roles]
         return [*looks, ("fails next", NEXT)] if self.next is not None else looks
 
-    @property
-    def arrow_time(self) -> float:
-        """The time that makes arrows of velocities: the fastest is two median radii long; 0 if none moves."""
-        fastest = max((math.hypot(*disc.velocity) for disc in self.discs), default=0.0)
-        radii = sorted(disc.radius for disc in self.discs)
-        return 2.0 * radii[len(radii) // 2] / fastest if fastest else 0.0
-
     def is_next(self, shape: Item) -> bool:
         """Whether a shape has the certificate that fails first."""
         return shape.fails is not None and shape.fails == self.next
@@ -119,42 +115,66 @@ class Picture:
         return ", ".join(words)
 
 
-def wants_pairs(pairs: bool | None, bodies: int) -> bool:
-    """Returns whether lines between pairs are drawn of a number of bodies; None: of up to ``MOST_PAIRED``."""
-    return bodies <= MOST_PAIRED if pairs is None else pairs
+def seen_structure(sim: Simulation) -> list[Item]:
+    """Returns the drawing of a simulation, without lines between pairs of two immovable bodies."""
+    still = {*sim.bodies[sim.masses() == math.inf].tolist()}
+    drawing = sim.drawing()
+    return [i for i in drawing if not (isinstance(i, Link) and i.role == "pair" and {i.a, i.b} <= still)]
+
+
+def wants_pairs(pairs: bool | None, items: Iterable[Item]) -> bool:
+    """Returns whether lines between two bodies are drawn; None: of up to ``MOST_PAIRS``."""
+    return sum(isinstance(item, Link) for item in items) <= MOST_PAIRS if pairs is None else pairs
+
+
+def arrow_time(discs: Sequence[PlacedDisc], start: Array) -> float:
+    """Returns the time in which a body flies the length of its arrow, a round number: the fastest at the
+    ``start``, by its velocities, had one of two or three median radii. So pictures of one run share it."""
+    flights = ((disc.radius, math.hypot(*disc.velocity)) for disc in discs)
+    moving = [each for each in flights if 1e-200 < each[1] < 1e200]
+    if not moving:
+        return 0.0
+    radii, speeds = zip(*sorted(moving), strict=True)
+    first, now = float(np.hypot(*start.T).max(initial=0.0)), max(speeds)
+    return round_below(3.0 * radii[len(radii) // 2] / (first if now < 1.5 * first else now))
+
+
+def round_below(value: float) -> float:
+    """Returns the greatest of 1, 2 and 5 times a power of ten that is not above a positive number."""
+    power = math.floor(math.log10(value))
+    return max(each for each in (float(f"{k}e{power}") for k in (0.5, 1, 2, 5)) if each <= value)
 
 
 def take_picture(
-    sim: Simulation,
-    roles: Collection[str] | None = None,
-    structure: bool = True,
-    pairs: bool | None = None,
+    sim: Simulation, roles: Collection[str] | None = None, structure: bool = True, pairs: bool | None = None
 ) -> Picture:
     """Returns the picture of a simulation now; with ``roles``, only shapes of these roles. Lines between
-    ``pairs`` are drawn of up to 250 bodies, or where a role is ``pair``; of more the caption says that they
-    are left out. Without ``structure`` there is no shape, and the broad phase is neither compiled nor built.
+    ``pairs``, of which one body is movable, are drawn up to 400 in number, or where a role is ``pair``; of
+    more the caption says that they are left out. Without ``structure`` there is no shape, and the broad phase
+    is neither compiled nor built.
     Raises ValueError for an unknown role."""
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
     positions = sim.positions()
     discs = _discs(sim.bodies, positions, sim.velocities(), sim.radii(), sim.shapes())
-    drawn = [item for item in sim.drawing() if not isinstance(item, Entry)] if structure else []
-    asked = [item for item in drawn if roles is None or item.role in roles]
-    paired = wants_pairs(True if pairs is None and "pair" in (roles or ()) else pairs, len(discs))
+    drawn = seen_structure(sim) if structure else []
+    asked = [each for each in drawn if not isinstance(each, Entry) and (roles is None or each.role in roles)]
+    paired = wants_pairs(True if pairs is None and "pair" in (roles or ()) else pairs, asked)
     wanted = [item for item in asked if paired or not isinstance(item, Link)]
     left_out = WITHOUT_PAIRS if pairs is None and len(wanted) < len(asked) else ""
     places = {disc.number: disc.at for disc in discs}
     taken_off = whole_periods(sim.unwrapped() - positions, sim.scene.periods)
     turns = dict(zip(places, taken_off.tolist(), strict=True))
     shapes = tuple(shape for item in wanted for shape in _placed(item, places, turns, sim.scene))
-    low, high = _extent(sim.scene, discs, shapes)
+    low, high = _extent(sim.scene, (*discs, *_first_discs(sim.scene)), shapes)
     ticks = {shape.fails for shape in shapes if shape.fails is not None}
     start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
     return Picture(
         caption=f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}{left_out}",
         low=low,
         high=high,
+        arrow_time=arrow_time(discs, sim.scene.velocity),
         arena=sim.scene.arena is not None,
         discs=(*discs, *_images(discs, sim.scene)),
         shapes=shapes,
@@ -166,12 +186,17 @@ def take_picture(
 
 def picture_of_scene(scene: Scene) -> Picture:
     """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
+    discs = _first_discs(scene)
+    caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
+    seen, arrows = (*discs, *_images(discs, scene)), arrow_time(discs, scene.velocity)
+    return Picture(caption, *_extent(scene, discs, ()), arrows, scene.arena is not None, seen, (), None, {})
+
+
+def _first_discs(scene: Scene) -> tuple[PlacedDisc, ...]:
+    """Returns the bodies at the start of a scene."""
     places = in_box(scene.position, scene.periods)
     forms = np.array([scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()])
-    discs = _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms)
-    caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
-    seen = (*discs, *_images(discs, scene))
-    return Picture(caption, *_extent(scene, discs, ()), scene.arena is not None, seen, (), None, {})
+    return _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms)
 
 
 def _discs(
@@ -261,7 +286,7 @@ def _placed(
 def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
     if scene.arena is not None:
         return (0.0, 0.0), scene.arena
-    points = [corner for shape in shapes for corner in corners_of(shape)]
+    points = [corner for shape in shapes if shape.role == "axis" for corner in corners_of(shape)]
     for disc in discs:
         (x, y), (left, right, below, above) = disc.at, disc.reaches
         points += [(x - left, y - below), (x + right, y + above)]

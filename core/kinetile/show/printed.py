@@ -42,7 +42,8 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
         ((right - left) * scale, (top - bottom) * scale + 0.5), layout="constrained"
     )
     axes = figure.add_subplot(aspect="equal", xlim=(left, right), ylim=(bottom, top))
-    axes.set_xlabel(picture.caption, fontsize=8)
+    arrows = f", arrows: the way in a time of {picture.arrow_time:g}" if velocities else ""
+    axes.set_xlabel(picture.caption + arrows, fontsize=8)
     _draw(axes, picture)
     _numbers(axes, picture, scale)
     if velocities:
@@ -61,8 +62,8 @@ def plot(
     velocities: bool = False,
 ) -> Any:
     """Draws a simulation as it is now on axes of matplotlib, those of pyplot without ``ax``, in the scene's
-    lengths, and returns them; with what the broad phase draws (``structure``; lines between ``pairs`` of up
-    to 250 bodies), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
+    lengths, and returns them; with what the broad phase draws (``structure``; lines between ``pairs``, up
+    to 400), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
     check_printing("Drawing on axes")
     axes = import_module("matplotlib.pyplot").gca() if ax is None else ax
     picture = take_picture(sim, structure=structure, pairs=pairs)

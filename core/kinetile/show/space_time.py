@@ -8,6 +8,7 @@ that is accelerated along the axis is drawn as ``PARTS`` straight pieces.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -22,7 +23,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
-from kinetile.show.picture import LOOKS, counted
+from kinetile.show.picture import LOOKS, counted, round_below
 from kinetile.show.svg import LINE, MARGIN, SIZE, document, number, paper_rules
 
 MOST_PIECES = 20_000
@@ -33,6 +34,9 @@ PARTS = 16
 
 HEIGHT = 480.0
 """The height of what is shown, in units of the file."""
+
+LEFT, BELOW = 56.0, 28.0
+"""The room of the names of the axes and of their numbers."""
 
 
 class Piece(NamedTuple):
@@ -57,12 +61,13 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True)
 class SpaceTime:
-    """A run along one axis, from time ``begin`` to ``end`` and place ``low`` to ``high`` (those of the arena,
-    or of all bodies), of the scene. ``period`` is that of the axis; 0: it is not periodic. ``pieces`` are
-    parts of the bands of bodies, ``marks`` the contacts of two bodies that change velocities, and ``reaches``
-    how far each body reaches below and above its position along the axis."""
+    """A run along one ``axis``, from time ``begin`` to ``end`` and place ``low`` to ``high`` (those of the
+    arena, or of all bodies), of the scene. ``period`` is that of the axis; 0: it is not periodic. ``pieces``
+    are parts of the bands of bodies, ``marks`` the contacts of two bodies that change velocities, and
+    ``reaches`` how far each body reaches below and above its position along the axis."""
 
     caption: str
+    axis: str
     begin: float
     end: float
     low: float
@@ -117,7 +122,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     low, high = _extent(scene, which, pieces, reaches)
     when = f"time upwards from {begin:.6g} to {sim.time:.6g}"
     caption = f"{counted(scene, len(sim.bodies))}, {axis} to the right, {when}"
-    return SpaceTime(caption, begin, sim.time, low, high, period, tuple(pieces), marks, reaches)
+    return SpaceTime(caption, axis, begin, sim.time, low, high, period, tuple(pieces), marks, reaches)
 
 
 def _mark(row: np.void, axis: str, reaches: tuple[tuple[float, float], ...], scene: Scene) -> Mark:
@@ -151,7 +156,8 @@ def space_time_svg(run: SpaceTime) -> bytes:
     up = HEIGHT / (run.end - run.begin or 1.0)
 
     def at(place: float, time: float) -> str:
-        return f"{number(MARGIN + (place - run.low) * across)} {number(MARGIN + (run.end - time) * up)}"
+        x, y = MARGIN + LEFT + (place - run.low) * across, MARGIN + (run.end - time) * up
+        return f"{number(x)} {number(y)}"
 
     bands: dict[int, str] = {}
     bounds = []
@@ -169,7 +175,20 @@ def space_time_svg(run: SpaceTime) -> bytes:
         for mark in run.marks
         for x, y in [at(_between(run, mark), mark.time).split()]
     ]
-    frame = f'x="{number(MARGIN)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
+    foot, edge = MARGIN + HEIGHT, MARGIN + LEFT
+    frame = f'x="{number(edge)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
+    axes = [
+        f'<text class="low" x="{number(edge + SIZE / 2)}" y="{number(foot + 32)}">{run.axis}</text>',
+        f'<text class="low" transform="rotate(-90)" x="-{number(foot / 2)}" y="{number(MARGIN)}">time</text>',
+    ]
+    for place in _round_numbers(run.low, run.high):
+        x, _ = at(place, run.begin).split()
+        axes.append(f'<path class="arena" d="M{x} {number(foot)}v5"/>')
+        axes.append(f'<text class="low" x="{x}" y="{number(foot + 17)}">{place:.12g}</text>')
+    for time in _round_numbers(run.begin, run.end):
+        _, y = at(run.low, time).split()
+        axes.append(f'<path class="arena" d="M{number(edge)} {y}h-5"/>')
+        axes.append(f'<text class="side" x="{number(edge - 8)}" y="{y}">{time:.12g}</text>')
     body = [
         f'<clipPath id="frame"><rect {frame}/></clipPath>',
         '<g clip-path="url(#frame)">',
@@ -178,8 +197,15 @@ def space_time_svg(run: SpaceTime) -> bytes:
         f'<g class="contact">{"".join(dots)}</g>',
         "</g>",
         f'<rect class="arena" {frame}/>',
+        *axes,
     ]
-    return document((SIZE, HEIGHT), run.caption, _style(), body, _legend(), 1)
+    return document((LEFT + SIZE, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 1)
+
+
+def _round_numbers(low: float, high: float) -> list[float]:
+    """Returns some five to ten round numbers of an interval, those of its axis."""
+    step = round_below((high - low or 1.0) / 4.0)
+    return [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 
 def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
@@ -209,7 +235,7 @@ def _legend() -> Iterator[str]:
         '<g class="contact"><circle cx="{x}" cy="{middle}" r="2.5"/></g>',
     )
     words = "a body", "its bounds", "a contact"
-    x, down = MARGIN, HEIGHT + 2 * MARGIN + 1.6 * LINE
+    x, down = MARGIN, HEIGHT + BELOW + 2 * MARGIN + 1.6 * LINE
     for sign, word in zip(signs, words, strict=True):
         yield sign.format(x=number(x), y=number(down - 9), middle=number(down - 4))
         yield f'<text x="{number(x + 24)}" y="{number(down)}">{word}</text>'
@@ -219,7 +245,8 @@ def _legend() -> Iterator[str]:
 def _style() -> str:
     bound = LOOKS["bound"]
     rules = [
-        "text{font:12px system-ui,sans-serif}.arena{fill:none;stroke-width:1.5}",
+        "text{font:12px system-ui,sans-serif}.arena{fill:none;stroke-width:1.5}.low{text-anchor:middle}",
+        ".side{text-anchor:end;dominant-baseline:central}",
         f".band{{fill:{LOOKS['tile'].colour};fill-opacity:.22}}",
         f".bound{{fill:none;stroke:{bound.colour};stroke-width:{number(bound.width)}}}",
         f".contact{{fill:{LOOKS['certificate'].colour}}}",

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from kinetile.kernel.plan import Plan, position_after
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
-from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, corners_of, escape
+from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, corners_of, escape, round_below
 
 SIZE = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
@@ -19,6 +19,15 @@ LINE = 20.0
 
 _LETTER = 7.2
 """About as wide as a letter of the caption is."""
+
+_KEY = 40.0
+"""The most units of the arrow in the legend."""
+
+_HEAD = (
+    '<marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" orient="auto" '
+    'markerUnits="userSpaceOnUse"><path class="arena" d="M1 1L8 4L1 7"/></marker>'
+)
+"""That of arrows."""
 
 _READABLE = 8.0
 """The least radius in units of bodies that show their number."""
@@ -36,7 +45,9 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
         '<g clip-path="url(#frame)">',
         *_layers(sheet, under),
         *_discs(sheet),
-        *(_arrows(sheet) if velocities else ()),
+        "</g>",
+        *((_HEAD, *_arrows(sheet)) if velocities else ()),  # those of bodies at the border reach over it
+        '<g clip-path="url(#frame)">',
         *_layers(sheet, over),
         *_numbers(sheet),
         "</g>",
@@ -44,7 +55,7 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     if picture.arena:
         x, y = sheet.at(picture.low[0], picture.high[1])
         body.append(f'<rect class="arena" x="{x}" y="{y}" {_size(sheet.wide, sheet.tall)}/>')
-    legend, lines = _legend(sheet, [name for name, _ in picture.looks])
+    legend, lines = _legend(sheet, [name for name, _ in picture.looks], velocities)
     return document((sheet.wide, sheet.tall), picture.caption, _style(roles), body, legend, lines)
 
 
@@ -58,7 +69,7 @@ def document(
 ) -> bytes:
     """Returns an SVG file: its style sheet, the paper and what is on it, within a width and a height; below
     that its caption, and a legend of some lines."""
-    wide, tall = size[0] + 2 * MARGIN, size[1] + 2 * MARGIN
+    wide, tall = max(size[0], _LETTER * len(caption)) + 2 * MARGIN, size[1] + 2 * MARGIN
     paper = _size(wide, tall + LINE * (1 + lines))
     words = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} '
@@ -152,33 +163,36 @@ def _numbers(sheet: _Sheet) -> Iterator[str]:
 
 def _arrows(sheet: _Sheet) -> Iterator[str]:
     time = sheet.picture.arrow_time
-    back = 0.25 * time
     yield '<g class="velocity">'
     for disc in sheet.picture.discs:
         if any(disc.velocity):
             vx, vy = disc.velocity
-            tip = position_after(Plan(*disc.at, vx, vy), time)
-            barbs = [(tip[0] - back * (vx - s * vy), tip[1] - back * (vy + s * vx)) for s in (0.6, -0.6)]
-            (a, b), (c, d), (e, f), (g, h) = (sheet.at(*point) for point in (disc.at, tip, *barbs))
-            yield f'<path d="M{a} {b}L{c} {d}M{e} {f}L{c} {d}L{g} {h}"/>'
+            (a, b), tip = sheet.at(*disc.at), sheet.at(*position_after(Plan(*disc.at, vx, vy), time))
+            yield f'<path d="M{a} {b}L{" ".join(tip)}"/>'
     yield "</g>"
 
 
-def _legend(sheet: _Sheet, names: list[str]) -> tuple[list[str], int]:
-    """Returns what is below the caption, and of how many lines: a swatch and a word for each role."""
+def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str], int]:
+    """Returns what is below the caption, and of how many lines: a swatch and a word for each role, and the
+    arrow of a round speed."""
+    square = '<rect x="{x}" y="{top}" width="18" height="10"/>'
+    signs = [(name if name in LOOKS else "next", name, 18.0, square) for name in names]
+    unit = sheet.picture.arrow_time * sheet.scale
+    if velocities and unit:
+        speed = round_below(_KEY / unit)
+        arrow = f'<path d="M{{x}} {{y}}h{number(speed * unit)}"/>'
+        signs.append(("velocity", f"speed {speed:g}", speed * unit, arrow))
     found, x, line = [], MARGIN, 1
-    for name in names:
-        wide = 34.0 + _LETTER * len(name)
+    for group, name, length, sign in signs:
+        wide = 16.0 + length + _LETTER * len(name)
         if x + wide > MARGIN + sheet.wide and x > MARGIN:
             x, line = MARGIN, line + 1
         y = sheet.tall + 2 * MARGIN + LINE * (line + 0.6)
-        group = name if name in LOOKS else "next"
-        swatch = f'<rect x="{number(x)}" y="{number(y - 9)}" width="18" height="10"/>'
-        found.append(
-            f'<g class="{group}">{swatch}</g><text x="{number(x + 24)}" y="{number(y)}">{name}</text>'
-        )
+        swatch = sign.format(x=number(x), y=number(y - 4), top=number(y - 9))
+        text = f'<text x="{number(x + length + 6)}" y="{number(y)}">{name}</text>'
+        found.append(f'<g class="{group}">{swatch}</g>{text}')
         x += wide
-    return found, line if names else 0
+    return found, line if signs else 0
 
 
 def _style(roles: Iterable[str]) -> str:
@@ -187,6 +201,7 @@ def _style(roles: Iterable[str]) -> str:
         ".number text{font-size:10px;text-anchor:middle;dominant-baseline:central}",
         ".number text{paint-order:stroke;stroke-width:3}",
         ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
+        ".velocity path{marker-end:url(#head)}",
     ]
     for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT)]:
         dashes = f";stroke-dasharray:{' '.join(map(number, look.dashes))}" if look.dashes else ""

@@ -180,11 +180,12 @@ def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, text, pictures):
     assert len(kt.as_html(sim)) < 60_000 * pictures + 4_000
 
 
-def test_a_structure_of_many_shapes_is_left_out():
-    sim = kt.Simulation(kt.make_scene("grid", bodies=64, density=0.2), "naive")
+def test_a_structure_of_many_shapes_is_left_out(monkeypatch):
+    monkeypatch.setattr(html, "MOST_SHAPES", 100)
+    sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.2), "naive")
     sim.build()
     found = shown(sim)
-    assert found.said == ["Without the structure: it has 2,016 shapes, and up to 2,000 are drawn here."]
+    assert found.said == ["Without the structure: it has 120 shapes, and up to 100 are drawn here."]
     assert shapes(found.pictures[0]) == 0
 
 

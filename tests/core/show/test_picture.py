@@ -148,24 +148,36 @@ def test_lines_between_two_bodies_go_the_short_way_round(periodic, shaped):
     assert lines > 10
 
 
-@pytest.mark.parametrize(
-    ("bodies", "asked", "drawn", "said"),
-    first(
-        3,
-        [
-            (225, {}, True, False),
-            (256, {}, False, True),
-            (256, {"roles": ["bound"]}, False, False),
-            (225, {"pairs": False}, False, False),
-            (256, {"pairs": True}, True, False),
-            (256, {"roles": ["pair"]}, True, False),
-        ],
-    ),
-)
-def test_pairs_of_many_bodies_are_drawn_when_they_are_asked_for(bodies, asked, drawn, said):
+ASKED = [(144, {}, True, False), (256, {}, False, True), (256, {"roles": ["bound"]}, False, False)]
+ASKED += [(144, {"pairs": False}, False, False), (256, {"pairs": True}, True, False)]
+ASKED += [(256, {"roles": ["pair"]}, True, False)]
+
+
+@pytest.mark.parametrize(("bodies", "asked", "drawn", "said"), first(3, ASKED))
+def test_many_pairs_are_drawn_when_they_are_asked_for(bodies, asked, drawn, said):
     sim = kt.Simulation(kt.make_scene("grid", bodies=bodies, seed=1), "sweep-tiling")
     picture = take_picture(sim, **asked)
     assert ("pair" in picture.roles, picture.caption.endswith(", without pairs (--pairs)")) == (drawn, said)
+
+
+def test_a_maze_had_thousands_of_lines_between_its_walls_and_a_frame_twice_as_wide():
+    mass, still, slow = [math.inf, math.inf, 1.0], (0.0, 0.0), (1.0, 0.0)
+    scene = kt.Scene([(0.0, 0.0), (2.5, 0.0), (5.0, 0.5)], [still, still, slow], radius=1.0, mass=mass)
+    sim = kt.Simulation(scene, "cells:side=4")
+    assert sim.candidate_pairs().tolist() == [[0, 1], [0, 2], [1, 2]]
+    picture = take_picture(sim)
+    lines = {points_of(each) for each in picture.shapes if each.role == "pair"}
+    assert lines == {((0.0, 0.0), (5.0, 0.5)), ((2.5, 0.0), (5.0, 0.5))}
+    assert (picture.low, picture.high) == ((-1.0, -1.0), (6.0, 1.5))
+
+
+def test_arrows_have_a_scale():
+    scene = kt.Scene([(1.0, 1.0), (5.0, 1.0)], [(0.75, 0.0), (-3.0, 0.0)], 0.5, arena=(8.0, 2.0))
+    root = read(as_svg(take_picture(kt.Simulation(scene, "naive")), velocities=True))
+    ways = [re.match(r"M(\S+) \S+?[Lh]([\d.]+)", each.get("d")).groups() for each in root.iter(f"{SVG}path")]
+    _, (a, a_tip), (b, b_tip), (_, key) = (map(float, way) for way in ways)  # the first is the head
+    (speed,) = (float(each.text[6:]) for each in root.iter(f"{SVG}text") if each.text.startswith("speed "))
+    assert ((a_tip - a) / key * speed, (b_tip - b) / key * speed) == pytest.approx((0.75, -3.0))
 
 
 def test_it_is_drawn_on_given_axes_among_other_things():

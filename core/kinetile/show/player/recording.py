@@ -36,7 +36,7 @@ from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, whole_periods
-from kinetile.show.picture import MOST_PAIRED, ORDER, wants_pairs
+from kinetile.show.picture import MOST_PAIRS, ORDER, seen_structure, wants_pairs
 
 MOST_ROWS = 200_000
 """Rows of a page, some 30 bytes each; a longer run is shown up to there."""
@@ -100,7 +100,8 @@ def record(
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
     number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
-    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to ``MOST_PAIRED``."""
+    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: where there are up to
+    ``MOST_PAIRS`` at the beginning; of a page that computes them, of up to as many bodies."""
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
@@ -127,18 +128,19 @@ def record(
     except KinetileError as error:
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
-    drawn_as, paired = composition_of(simulation).broad.drawn_as, wants_pairs(pairs, len(plans.x))
+    drawn_as = composition_of(simulation).broad.drawn_as
+    paired = len(plans.x) <= MOST_PAIRS if pairs is None else pairs
     if scene.bent:  # what its broad phase sees is not where the bodies are
         drawn_as = ""
     skin = float(simulation.tables.clock[0].limits.skin)
     run = label, plans, rows.rows, first, int(last), None, tuple(notes)
     recording = Recording(*run, drawn_as, skin, paired, whole, passing)
     if again is not None:
-        recording = _with_steps(recording, again, clock, begin)
+        recording = _with_steps(recording, again, clock, begin, pairs)
     notes = []
     has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
-    if pairs is None and not paired and has_links:
-        notes += [f"Pairs are left out, of more than {MOST_PAIRED} bodies; --pairs (pairs=True) draws them."]
+    if pairs is None and not recording.pairs and has_links:
+        notes += [f"Pairs are left out, they are more than {MOST_PAIRS}; --pairs (pairs=True) draws them."]
     return replace(recording, notes=(*recording.notes, *notes))
 
 
@@ -154,7 +156,9 @@ def shown_up_to(rows: BoundedRows, of: str) -> str:
     return f"Shown up to {end!r}{part}{of}: {rows.limit:,} events are as many as a page takes."
 
 
-def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: float) -> Recording:
+def _with_steps(
+    recording: Recording, again: Simulation, clock: Clock, begin: float, pairs: bool | None
+) -> Recording:
     """Steps a simulation through a window, and returns the recording with what was seen."""
     events = np.append(-1, np.flatnonzero(~np.isin(recording.rows["b"], (REANCHORED, HELD)))) + 1
     seen: list[tuple[int, int, int, int]] = []
@@ -164,7 +168,8 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
     try:
         if begin > again.time:
             again.run(begin)
-        drawing = again.drawing()
+        drawing = seen_structure(again)
+        log.pairs = wants_pairs(pairs, drawing)
         log.see(0, drawing)
         queue.append(_queued(again))
         margin = float(again.tables.clock[0].limits.margin)
@@ -189,7 +194,7 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
             queue.append(_queued(again))
             leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
             if not (log.full or leaves):  # its removal, which has ended the passing, comes behind it
-                log.see(number, again.drawing())
+                log.see(number, seen_structure(again))
     except KinetileError as error:
         if not recording.notes:  # the free run has said which
             notes += (f"Stepping ended with a fault, {type(error).__name__}: {error}",)
@@ -200,7 +205,7 @@ def _with_steps(recording: Recording, again: Simulation, clock: Clock, begin: fl
         notes += (f"The structure is recorded up to event {log.seen}; after it, {rest}.",)
     epoch, tick, body, after = np.array(seen, np.int64).reshape(-1, 4).T
     stepped = Steps(epoch, tick, body, after, np.array(queue, np.int64), log)
-    return replace(recording, stepped=stepped, notes=notes)
+    return replace(recording, stepped=stepped, notes=notes, pairs=log.pairs)
 
 
 def _queued(simulation: Simulation) -> int:
@@ -361,7 +366,7 @@ class StructureLog:
     def __init__(self, pairs: bool = True) -> None:
         """Makes a log, without links between bodies unless there are ``pairs``."""
         self.full = self.unpaired = False
-        self._pairs = pairs
+        self.pairs = pairs
         self.seen = 0
         self._looks = 0
         self._open: dict[Item, int] = {}
@@ -373,7 +378,7 @@ class StructureLog:
         self.seen = done
         before, now, new = self._open, {}, []
         for item in items:
-            if not self._pairs and isinstance(item, Link):
+            if not self.pairs and isinstance(item, Link):
                 self.unpaired = True
                 continue
             first = before.pop(item, None)

@@ -99,7 +99,7 @@ def view_scene(
         narrow_phases: names and options; None: the scene's, or those that it needs.
         at: the time at which the page opens; None: where the phases part, or the beginning of the window.
         notes: sentences at the head of the page.
-        pairs: whether lines between pairs of bodies are drawn; None: of up to 250 bodies.
+        pairs: whether lines between pairs of bodies are drawn; None: up to 400.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -199,7 +199,7 @@ def view(
 ) -> View:
     """Returns a view of the run of a simulation so far, including interactive commands; before a run,
     of its future; from ``begin`` on, or its start. It is played again from the start, and the simulation
-    does not change. Lines between ``pairs`` of bodies are drawn; None: of up to 250 bodies."""
+    does not change. Lines between ``pairs`` of bodies are drawn; None: up to 400."""
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = composition_of(simulation).narrow_phases

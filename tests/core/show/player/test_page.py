@@ -235,7 +235,7 @@ def test_pairs_of_many_bodies_are_recorded_and_computed_when_they_are_asked_for(
         const drawn = structure ?? present.at(play.moment, 0, motion, places);
         return drawn ? drawn.partners(0, 100).length : 0;
     """
-    scene = kt.make_scene("grid", bodies=256, seed=1)
+    scene = kt.make_scene("grid", bodies=441, seed=1)
     for pairs in (None, True, False):
         page = view_scene(scene, [(phase, {})], until=1e-4, steps=steps, pairs=pairs).page
         is_drawn = steps or phase == "sweep-tiling"

@@ -43,12 +43,12 @@ export class Present {
   /** The structure of a motion at a moment, after so many events, with places {x, y} of the bodies; null where it cannot be computed. */
   at(moment, done, motion, places) {
     if (!this.draw) return null;
-    const { reach, tie, held: { arena, unit } } = this;
+    const { bodies, reach, tie, held: { arena, unit } } = this;
     const key = [...moment, done].join();
     if (this.key !== key) {
       this.key = key;
       const those = [...motion.plans.there.keys()].filter((body) => motion.plans.there[body]);
-      const sheet = new Sheet(this.roles, those.length, this.held.pairs);
+      const sheet = new Sheet(this.roles, those.length, this.held.pairs, bodies.mass);
       const isFirst = [0, 1].map((axis) => orderOf(axis, places, motion, moment, unit, axis ? tie : 2 ** -46 * Math.max(...arena)));
       this.draw(sheet, { those, places: [places.x, places.y], radius: reach, arena, isFirst });
       this.found = sheet.structure();
@@ -91,9 +91,9 @@ function orderOf(axis, places, motion, moment, unit, tie) {
 
 /** Shapes of one moment, each of two points, in columns: there are some ten a body, again for every frame. */
 class Sheet {
-  constructor(roles, bodies, paired) {
+  constructor(roles, bodies, paired, mass) {
     const room = 8 * bodies + 64;
-    Object.assign(this, { roles, paired });
+    Object.assign(this, { roles, paired, mass });
     this.count = 0;
     this.columns = { shape: new Uint8Array(room), role: new Uint8Array(room), label: new Uint8Array(room), body: new Int32Array(4 * room), offset: new Float64Array(4 * room) };
   }
@@ -111,9 +111,9 @@ class Sheet {
     this.count += 1;
   }
 
-  /** Adds a line between two bodies, if there are any, or an entry of the matrix. */
+  /** Adds a line between two bodies, if there are any and one is movable, or an entry of the matrix. */
   pair(a, b, role = "pair", shape = LINK, label = "") {
-    if (shape === LINK && !this.paired) return;
+    if (shape === LINK && (!this.paired || Math.min(this.mass[a], this.mass[b]) === Infinity)) return;
     const [low, high] = [Math.min(a, b), Math.max(a, b)];
     this.add(shape, role, label, low, 0, low, 0, high, 0, high, 0);
   }
