@@ -381,8 +381,9 @@ class Kernel(NamedTuple):
     forms: Records  # the shapes that bodies have, or may have; empty where all are discs
     stamps: Records  # (n,) how often each plan has changed
     queue: Records  # (n,) what awaits each body
-    links: Records  # (n + 2^m,) the calendar: a ring for each slice, of its own link n + slice and its bodies
-    marks: Records  # a bit for each link: set if it is that of a ring which is not empty
+    links: Records  # (n + 1,) the calendar: which bodies are beside each in its ring (~ring, and n)
+    rings: Records  # (2^m,) the first body of each slice, or n
+    marks: Records  # a bit for each ring: set if it is not empty
     found: Records  # the bodies that the look-ahead has found last, and the partners that it has for them
     numbers: Records  # float64, those that the narrow phase of two bodies has given (``PairParts.numbers``)
     near: Records  # the answer of ``near`` and ``repair``: numbers of bodies
@@ -461,8 +462,9 @@ def allocate(
         forms=record_table(FORM, 0),
         stamps=np.zeros(bodies, dtype=np.int32),
         queue=record_table(ENTRY, bodies),
-        links=record_table(LINK, bodies + slices),
-        marks=np.zeros((bodies + slices >> 6) + 1, dtype=np.int64),
+        links=record_table(LINK, bodies + 1),
+        rings=np.full(slices, bodies, dtype=np.int32),
+        marks=np.zeros(slices >> 6, dtype=np.int64),
         found=record_table(SCOUTED, FOUND),
         numbers=np.zeros(0),
         near=np.zeros(near + SPARE, dtype=np.int32),
@@ -511,7 +513,7 @@ def clear(k: Kernel) -> None:
     k.queue.wall = NOT_ASKED
     k.queue.partner = NOBODY
     k.queue.exact = 0
-    k.links.next = k.links.prev = np.arange(len(k.links))
+    k.rings[:] = len(k.bodies)
     k.marks[:] = 0
     k.counts[0].queued = 0
     k.pairs.a = NOBODY

@@ -66,25 +66,25 @@ def of_calendar(k: Kernel) -> Iterator[str]:
     clock = k.clock[0]
     keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
-    bodies = len(k.bodies)
+    bodies, rings = len(k.bodies), k.rings.tolist()
     columns = (k.queue.number, k.queue.key, k.queue.kind, k.queue.number[k.queue.partner])
     ranks = [rank(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
-    slices, found, reached = len(after) - bodies, 0, int(clock.calendar.slice)
-    for at in range(slices):
-        previous, body = bodies + at, after[bodies + at]
-        if bool(marks[previous >> 6] >> (previous & 63) & 1) != (body < bodies):
+    found, reached = 0, int(clock.calendar.slice)
+    for at, body in enumerate(rings):
+        previous = ~at
+        if bool(marks[at >> 6] >> (at & 63) & 1) != (body < bodies):
             yield f"the mark of slice {at} of the calendar is not true"
         while body < bodies and found <= bodies:
             if before[body] != previous:
                 yield f"the list of slice {at} of the calendar cannot be read backwards at body {body}"
                 return
-            if days[body] % slices != at or keys[body] == NEVER:
+            if days[body] % len(rings) != at or keys[body] == NEVER:
                 yield f"body {body} is in slice {at} of the calendar, where it does not belong"
-            if previous < bodies and days[body] == reached and ranks[body] < ranks[previous]:
+            if previous >= 0 and days[body] == reached and ranks[body] < ranks[previous]:
                 yield f"slice {at} of the calendar is out of order: body {previous} is before body {body}"
             previous, body, found = body, after[body], found + 1
-        if body != bodies + at or before[body] != previous:
-            yield f"the list of slice {at} of the calendar does not come back to where it began"
+        if body != bodies:
+            yield f"the list of slice {at} of the calendar does not end"
             return
     waiting = [body for body, key in enumerate(keys) if key != NEVER]
     await_something, counted = len(waiting), k.counts[0].queued

@@ -103,18 +103,16 @@ def test_an_audit_after_the_calendar_was_given_other_slices_found_it_unfiled():
 
 
 def filed(k: Kernel) -> int:
-    return int(np.flatnonzero(k.links.next[len(k.bodies) :] < len(k.bodies))[0])
+    return int(np.flatnonzero(k.rings < len(k.bodies))[0])
 
 
 def flip(k: Kernel, at: int) -> None:
-    ring = len(k.bodies) + at
-    k.marks[ring >> 6] ^= np.uint64(1 << (ring & 63)).astype(np.int64)
+    k.marks[at >> 6] ^= np.uint64(1 << (at & 63)).astype(np.int64)
 
 
 def unfile(k: Kernel, at: int) -> int:
-    ring = len(k.bodies) + at
-    body = int(k.links[ring].next)
-    k.links[ring].next = k.links[ring].prev = ring
+    body = int(k.rings[at])
+    k.rings[at] = len(k.bodies)
     flip(k, at)
     return body
 
@@ -128,9 +126,9 @@ def file_in_another_slice(found: Engine) -> None:
     k = found.k
     at = filed(k)
     body, other = unfile(k, at), at ^ 1
-    assert int(k.links[4 + other].next) == 4 + other
-    put(k.links[4 + other], next=body, prev=body)
-    put(k.links[body], next=4 + other, prev=4 + other)
+    assert int(k.rings[other]) == 4
+    k.rings[other] = body
+    put(k.links[body], next=4, prev=~other)
     flip(k, other)
 
 
@@ -149,13 +147,12 @@ def test_a_ring_out_of_order():
     k = found.k
     put(k.clock[0].calendar, shift=54, filed=0)  # all bodies in one slice
     found.build()
-    ring, links = 4 + filed(k), k.links
-    one = int(links[ring].next)
+    at, links = filed(k), k.links
+    one = int(k.rings[at])
     two = int(links[one].next)
     three = int(links[two].next)
-    links[ring].next, links[two].next, links[one].next = two, one, three
-    links[two].prev, links[one].prev, links[three].prev = ring, two, one
-    at = ring - 4
+    k.rings[at], links[two].next, links[one].next = two, one, three
+    links[two].prev, links[one].prev, links[three].prev = ~at, two, one
     said = rf"slice {at} of the calendar is out of order: body {two} is before body {one}"
     with pytest.raises(AuditError, match=said):
         found.audit()

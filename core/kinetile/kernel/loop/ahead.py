@@ -24,7 +24,7 @@ LEAD, AFAR = 48, 128
 """Slices by which the scout is before the head at least, and at most."""
 
 SIGHT = 16
-"""Slices ahead of the scout in whose ring the first link is prefetched: else the scout would wait for it."""
+"""Slices ahead of the scout whose ring is prefetched: else the scout would wait for it."""
 
 STAGE = 5
 """Bodies that are found between two stages of one."""
@@ -43,8 +43,8 @@ def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int
     scout = larger(scout, day + LEAD)
     if scout < day + AFAR:
         scout = next_marked(k, scout + 1)
-        prefetch(k.links, k.links[ring_of(k, scout + SIGHT)].next)
-        body = k.links[ring_of(k, scout)].next
+        prefetch(k.rings, ring_of(k, scout + SIGHT))
+        body = k.rings[ring_of(k, scout)]
         while body < len(k.bodies):
             turn += 1
             _do_stages(k, s, body, turn)
@@ -70,8 +70,8 @@ def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
     prefetch(k.bodies, k.bodies[before].last)
     soon(k, s, before, 1)
     earlier = found[(turn - STAGE) & (FOUND - 1)].partner
-    prefetch(k.links, k.links[earlier].next)  # these two are linked when it is taken out of their ring
-    prefetch(k.links, k.links[earlier].prev)
+    prefetch(k.links, k.links[earlier].next)  # what is linked when it is taken out of its ring
+    prefetch(k.rings, larger(~k.links[earlier].prev, 0))
     soon(k, s, earlier, 1)
     soon(k, s, found[(turn - 2 * STAGE) & (FOUND - 1)].body, 2)
 
@@ -92,4 +92,4 @@ def _fetch(k: Kernel, body: int) -> None:
 def fetch_ring(k: Kernel, body: int) -> None:
     """Prefetch the ring in which a body will be filed, unless a wall comes first."""
     entry = k.queue[body]
-    prefetch(k.links, ring_of(k, smaller(entry.own, entry.tick) >> k.clock[0].calendar.shift))
+    prefetch(k.rings, ring_of(k, smaller(entry.own, entry.tick) >> k.clock[0].calendar.shift))

@@ -3,11 +3,11 @@
 A calendar queue (Brown 1988): time is cut into slices of 2^shift ticks, about as long as events are apart,
 and each body is filed in the ring of its slice. There are more slices than bodies, and they are used again
 and again, so an entry of a later year may be in the same ring. A ring is put in order when the calendar
-reaches its slice; until then bodies are filed last, and the others there are not read, which in a large scene
-is a wait for the memory. So the bodies of the slice that is reached are the first of its ring, in order, and
-a thousand that are due at one tick cost no search. A bit for each ring says whether it is empty. To file a
-body, to take it out and to find the head costs O(1) while slices have about the right length, which is mended
-between two chunks of a run. It is faster than a heap because one entry is touched and not a path of them.
+reaches its slice; until then bodies are filed first, and of the others there one link is written. So the
+bodies of the slice that is reached are the first of its ring, in order, and a thousand that are due at one
+tick cost no search. A bit for each ring says whether it is empty. To file a body, to take it out and to find
+the head costs O(1) while slices have about the right length, which is mended between two chunks of a run. It
+is faster than a heap because one entry is touched and not a path of them.
 The order is total and owes nothing to the calendar (``precedes``).
 """
 
@@ -65,51 +65,58 @@ def rank(number: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
 
 
 @hook
-def _slices(k: Kernel) -> int:
-    """How many slices there are, a power of two."""
-    return len(k.links) - len(k.bodies)
+def ring_of(k: Kernel, day: int) -> int:
+    """The ring in which the bodies of a slice are, and the place of its mark."""
+    return int(day & (len(k.rings) - 1))
 
 
 @hook
-def ring_of(k: Kernel, day: int) -> int:
-    """The link of the ring in which the bodies of a slice are, and the place of its mark."""
-    return int(len(k.bodies) + (day & (_slices(k) - 1)))
+def _link(k: Kernel, before: int, body: int, after: int) -> None:
+    """Put a body between two links: a body or a ring (``~ring``), and a body or the end."""
+    links = k.links
+    links[body].next = after
+    links[body].prev = before
+    links[after].prev = body
+    if before < 0:
+        k.rings[~before] = body
+    else:
+        links[before].next = body
 
 
 @hook
 def _file(k: Kernel, body: int, key: int) -> None:
-    """Put a body into the ring of its slice: last, or in order in the slice that the calendar has reached.
-
-    Filed before that, it is alone in its slice but for later years: the calendar goes back to the slice
-    before, and reaches it again.
+    """Put a body into the ring of its slice: first, or in order in the ring of the slice that the calendar
+    has reached. Filed before that slice, it lets the calendar go back to the one before, and reach it again.
     """
     calendar = k.clock[0].calendar
-    links = k.links
     day = key >> calendar.shift
     ring = np.int64(ring_of(k, day))  # interpreted, the bit of a shorter number would be lost
-    before = links[ring].prev
-    if day <= calendar.slice:
-        if day < calendar.slice:
-            calendar.slice = day - 1
-        while before != ring and precedes(k, body, before):
-            before = links[before].prev
-    after = links[before].next
-    links[body].next = after
-    links[body].prev = before
-    links[before].next = body
-    links[after].prev = body
+    reached = calendar.slice
+    before = int(~ring)
+    after = int(np.int64(k.rings[ring]))
+    if day < reached:
+        calendar.slice = day - 1
+    elif ring == ring_of(k, reached):
+        while after < len(k.bodies) and precedes(k, after, body):
+            before = after
+            after = int(np.int64(k.links[after].next))
+    _link(k, before, body, after)
     k.marks[ring >> 6] |= 1 << (ring & 63)
 
 
 @hook
 def _take_out(k: Kernel, body: int) -> None:
-    """Take a body out of its ring; if it has one link on both sides, that is the ring's own. No branch."""
+    """Take a body out of its ring."""
     links = k.links
     after = np.int64(links[body].next)
-    before = links[body].prev
-    links[before].next = after
+    before = np.int64(links[body].prev)
     links[after].prev = before
-    k.marks[after >> 6] &= ~(int(after == before) << (after & 63))
+    if before < 0:
+        ring = ~before
+        k.rings[ring] = after
+        k.marks[ring >> 6] &= ~(int(after == len(k.bodies)) << (ring & 63))
+    else:
+        links[before].next = after
 
 
 @hook
@@ -146,23 +153,24 @@ def forget(k: Kernel, h: int) -> None:
 
 @hook
 def _put_in_order(k: Kernel, ring: int) -> None:
-    """Put the bodies of a ring in order, by insertion: what is filed late comes late in most rings."""
+    """Put the bodies of a ring in order, by insertion from its begin: what is filed late, and so is first
+    here, comes late in most rings."""
     links = k.links
-    body = links[links[ring].next].next
-    while body != ring:
-        later = links[body].next
-        last = links[body].prev
-        before = last
-        while before != ring and precedes(k, body, before):
-            before = links[before].prev
-        if before != last:
+    last = int(np.int64(k.rings[ring]))
+    body = int(np.int64(links[last].next))
+    while body < len(k.bodies):
+        later = int(np.int64(links[body].next))
+        if precedes(k, body, last):
             links[last].next = later
             links[later].prev = last
-            after = links[before].next
-            links[body].next = after
-            links[body].prev = before
-            links[before].next = body
-            links[after].prev = body
+            before = ~ring
+            after = int(np.int64(k.rings[ring]))
+            while precedes(k, after, body):
+                before = after
+                after = int(np.int64(links[after].next))
+            _link(k, before, body, after)
+        else:
+            last = body
         body = later
 
 
@@ -173,9 +181,8 @@ def file_all(k: Kernel) -> None:
     calendar = clock.calendar
     calendar.filed = 1
     calendar.slice = clock.now >> calendar.shift
-    for at in range(len(k.links)):
-        k.links[at].next = at
-        k.links[at].prev = at
+    for at in range(len(k.rings)):
+        k.rings[at] = len(k.bodies)
     for at in range(len(k.marks)):
         k.marks[at] = 0
     for body in range(clock.bodies):
@@ -195,8 +202,8 @@ def next_marked(k: Kernel, day: int) -> int:
         bits = k.marks[word]
         looked += 1
     if bits == 0:
-        return day + _slices(k)
-    return day + (((word << 6) + lowest_bit(bits) - ring) & (_slices(k) - 1))
+        return day + len(k.rings)
+    return day + (((word << 6) + lowest_bit(bits) - ring) & (len(k.rings) - 1))
 
 
 @hook
@@ -208,8 +215,8 @@ def head(k: Kernel) -> int:
     links = k.links
     bodies = len(k.bodies)
     day = calendar.slice
-    end = day + _slices(k) - 1
-    first = links[ring_of(k, day)].next
+    end = day + len(k.rings) - 1
+    first = np.int64(k.rings[ring_of(k, day)])
     while first >= bodies or queue[first].key >> calendar.shift != day:
         day = next_marked(k, day + 1)
         if day > end:  # nothing in a whole year: look for the next entry itself
@@ -219,12 +226,12 @@ def head(k: Kernel) -> int:
             if soonest == NEVER:
                 return NOBODY
             day = soonest >> calendar.shift
-            end = day + _slices(k) - 1
+            end = day + len(k.rings) - 1
         ring = ring_of(k, day)
-        first = links[ring].next
-        if links[first].next != ring:  # more than one body
+        first = np.int64(k.rings[ring])
+        if links[first].next < bodies:  # more than one body
             _put_in_order(k, ring)
-            first = links[ring].next
+            first = np.int64(k.rings[ring])
     calendar.slice = day
     return int(first)
 

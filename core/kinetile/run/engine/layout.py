@@ -275,7 +275,7 @@ def fit(k: Kernel, fields: Fields, ticks: int, heads: int) -> None:
 
 def _shift(k: Kernel, ticks: float) -> int:
     """Returns the shift for slices of about this many ticks; a year is no longer than a span of the clock."""
-    most = 61 - (len(k.links) - len(k.bodies)).bit_length()
+    most = 61 - len(k.rings).bit_length()
     return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
 
 
