@@ -47,7 +47,9 @@ class Clock:
 
     def ticks(self, time: float) -> int:
         """Return a time as ticks since the start, rounded down."""
-        (a, b), (c, d), (e, f) = (each.as_integer_ratio() for each in (time, self.start, self.unit))
+        a, b = time.as_integer_ratio()
+        c, d = self.start.as_integer_ratio()
+        e, f = self.unit.as_integer_ratio()
         return (a * d - c * b) * f * TICKS // (b * d * e)
 
     def tick_of(self, time: float, at: tuple[int, ...] | None) -> int:

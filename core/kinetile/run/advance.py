@@ -128,7 +128,8 @@ def advance(
         while True:
             until, quota, last = end.within(engine)
             most = end.contacts if audit is None else min(end.contacts, audited + audit)
-            reason = engine.chunk(until, most, end.events - engine.events, quota)
+            events = UNLIMITED if end.events == UNLIMITED else end.events - engine.events
+            reason = engine.chunk(until, most, events, quota)
             if reason == WATCHED:
                 stop, left = _watched(engine)
             arrived = reason == TIME_REACHED and last
@@ -158,10 +159,14 @@ def advance(
 def _demand_feasible(engine: Engine, end: End) -> None:
     """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
     rows of plans that the clock anchors again than a recording can have."""
-    bodies, unit = len(engine.taken), engine.clock.unit
-    if end.ticks is None or not bodies or min(end.contacts, end.events) < UNLIMITED:
+    if end.ticks is None:
         return
-    units = end.ticks // TICKS
+    units, records = end.ticks // TICKS, engine.ledger.records
+    if units <= MOST_UNITS and not records:
+        return
+    bodies, unit = len(engine.taken), engine.clock.unit
+    if not bodies or min(end.contacts, end.events) < UNLIMITED:
+        return
     if units > MOST_UNITS:
         raise Refused(
             f"until={end.until!r} is more than 2**{units.bit_length() - 1} units of this scene's clock after "
@@ -170,7 +175,7 @@ def _demand_feasible(engine: Engine, end: End) -> None:
         )
     beat = (BEAT if engine.scene.periodic else SPAN) // TICKS
     rows = bodies * (units - engine.clock.base) // (6 * beat)  # a contact has one for two bodies
-    if engine.ledger.records and rows > MOST_ANCHORED:
+    if records and rows > MOST_ANCHORED:
         raise Refused(
             f"a recording until {end.until!r} has {float(rows):.3g} rows or more: the clock counts in units "
             f"of {unit:.3g}, and each body has a row every {3 * beat:,} of them at least. Expected at most "

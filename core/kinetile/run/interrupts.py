@@ -95,11 +95,12 @@ class Unbroken:
                 raise
 
     def _take_handlers(self) -> None:
+        get, default, come = _signal.getsignal, _signal.SIG_DFL, self._come
         for number in _SIGNALS:
-            handler = _signal.getsignal(number)
-            if callable(handler) and handler != self._come:
+            handler = get(number)
+            if handler is not default and callable(handler) and handler != come:
                 self._before[number] = handler
-                _signal.signal(number, self._come)
+                _signal.signal(number, come)
 
     def _give_back(self) -> None:
         global _outermost

@@ -59,7 +59,8 @@ class Moment:
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
         than the period."""
-        return in_box(positions_now(self._engine.k, self._engine.taken), self.scene.periods)
+        places = positions_now(self._engine.k, self._engine.taken)
+        return in_box(places, self.scene.periods) if self.scene.periodic else places
 
     def unwrapped(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all

@@ -6,9 +6,10 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
-from typing import Any, NamedTuple, cast
+from types import TracebackType
+from typing import Any, NamedTuple, NoReturn, Self, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -72,6 +73,39 @@ class Inserted(NamedTuple):
     numbers: npt.NDArray[np.int64]
     refused: npt.NDArray[np.bool_]
     reasons: Mapping[int, Exception]
+
+
+class _Alone(Unbroken):
+    """A context in which no other thread or callback changes a simulation; BusyError where one does already.
+    It is one step for signals, with places in it where a long one can be interrupted."""
+
+    def __init__(self, simulation: Simulation, what: str) -> None:
+        self._simulation, self._what = simulation, what
+
+    def __enter__(self) -> Self:
+        super().__enter__()
+        simulation, what = self._simulation, self._what
+        if not simulation._lock.acquire(False):
+            self._refuse(f" in another thread: it cannot {what} meanwhile")
+        if simulation._engine.busy or (simulation._running and what in ("run", "step")):
+            simulation._lock.release()
+            self._refuse(f": it cannot {what} from its own recorder, progress or hooks")
+        if what in ("run", "step", "be restored"):
+            simulation._fault = None
+        return self
+
+    def _refuse(self, why: str) -> NoReturn:
+        error = BusyError(f"this simulation is running{why}")
+        super().__exit__(BusyError, error, None)
+        raise error
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if isinstance(error, FAULTS) and self._what in _RUNS:
+            self._simulation._fault = f"{type(error).__name__}: {error}"
+        self._simulation._lock.release()
+        super().__exit__(kind, error, trace)
 
 
 class Simulation(Moment):
@@ -202,12 +236,12 @@ class Simulation(Moment):
     def build(self) -> None:
         """Builds the broad phase's structure, if necessary, and runs no event. Raises as ``run`` does."""
         if not self._engine.built:
-            with self._alone("be built"):
+            with _Alone(self, "be built"):
                 self._engine.build()
 
     def rebuild(self) -> None:
         """Builds the broad phase's structure again at the present moment; no contact can change by it."""
-        with self._alone("be built again"):
+        with _Alone(self, "be built again"):
             self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
@@ -256,7 +290,7 @@ class Simulation(Moment):
             UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
                 scene.
         """
-        with self._alone("run"):
+        with _Alone(self, "run"):
             end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
             engine = self._engine
             calls = read_calls(on_contact, self.scene.kinds)
@@ -329,7 +363,7 @@ class Simulation(Moment):
         Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together with
         a command, happen with it and are returned one by one; ``run`` goes past those that wait.
         """
-        with self._alone("step"):
+        with _Alone(self, "step"):
             return self._with_kinds(advance_one(self._engine, End()))
 
     @answering
@@ -340,7 +374,7 @@ class Simulation(Moment):
         until = self.scene.settings.until if until is None else until
         end = End() if until is None else arguments.read_end(self._engine, self.scene, until)
         while True:
-            with self._alone("step"):
+            with _Alone(self, "step"):
                 event = self._with_kinds(advance_one(self._engine, end))
             if event is None:
                 return
@@ -352,7 +386,7 @@ class Simulation(Moment):
         body that flies for more than a thousand time units without an event is anchored again meanwhile, with
         rounding, and where tables grow for an insertion the new structure may have an event before it. Raises
         BusyError during a chunk of a run: to look ahead, the loop computes the first contact."""
-        with self._alone("look ahead"):
+        with _Alone(self, "look ahead"):
             event = next_event(self._engine)
             if event is not None and event.kind == "wall" and event.wall is None:
                 wall = meetings.wall_of(self._query(), self._slot_of(event.bodies[0]))[1]
@@ -361,7 +395,7 @@ class Simulation(Moment):
 
     def audit(self) -> None:
         """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""
-        with self._alone("be audited"):
+        with _Alone(self, "be audited"):
             self._engine.audit()
 
     def number(self, name: str) -> int:
@@ -388,7 +422,7 @@ class Simulation(Moment):
             Refused: the broad phase does not accept bodies as fast as this.
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
-        with self._alone("turn a body"):
+        with _Alone(self, "turn a body"):
             self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
     def set_acceleration(self, body: int, acceleration: Numbers) -> None:
@@ -407,7 +441,7 @@ class Simulation(Moment):
             ValueError: the scene has no such kind.
             Refused: the body is passing through one that it would meet then (the error names it).
         """
-        with self._alone("give a body another kind"):
+        with _Alone(self, "give a body another kind"):
             self._engine.carry_out(OF_KIND, arguments.read_kind(self._engine, body, kind))
 
     @answering
@@ -422,7 +456,7 @@ class Simulation(Moment):
             ValueError: a position is not two finite numbers.
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth).
         """
-        with self._alone("move a body"):
+        with _Alone(self, "move a body"):
             self._engine.carry_out(MOVED, arguments.read_move(self._engine, body, position))
 
     @answering
@@ -438,7 +472,7 @@ class Simulation(Moment):
             IndexError, BusyError: as ``set_velocities``.
             ValueError: an acceleration is not two such numbers, or this run is not made for it.
         """
-        with self._alone("accelerate a body"):
+        with _Alone(self, "accelerate a body"):
             rows = arguments.read_accelerations(self._engine, bodies, accelerations)
             self._engine.carry_out(ACCELERATED, rows)
 
@@ -472,10 +506,9 @@ class Simulation(Moment):
             raise TypeError(
                 "insert() needs the radius of the body that comes, or its shape: insert(position, radius=...)"
             )
-        with self._alone("take a body in"):
+        with _Alone(self, "take a body in"):
             engine, size = self._engine, cast("float", radius)
-            insertion = Insert(0.0, position, velocity, size, mass, kind=kind, shape=shape)
-            insertion = insertion._replace(acceleration=acceleration)
+            insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
             rows, new = arguments.read_insertion(engine, insertion)
             engine.carry_out(INSERTED, rows, new)
         return int(rows["body"][0])
@@ -509,7 +542,7 @@ class Simulation(Moment):
             raise TypeError("insert_many() needs the radius of the bodies that come, or their shapes")
         pulls = [acceleration] * len(np.atleast_2d(positions)) if acceleration is not None else None
         each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": pulls}
-        with self._alone("take bodies in"):
+        with _Alone(self, "take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
             rows, new = arguments.read_insertions(engine, positions, velocities, each)
             if not (engine.due or new):
@@ -529,7 +562,7 @@ class Simulation(Moment):
 
     def remove(self, body: int) -> None:
         """Removes a body now, with its events. Raises IndexError if it is not present, and BusyError."""
-        with self._alone("let a body go"):
+        with _Alone(self, "let a body go"):
             self._engine.carry_out(REMOVED, arguments.read_removal(self._engine, body))
 
     def recorded(self) -> Scene:
@@ -616,7 +649,7 @@ class Simulation(Moment):
         (epoch, tick), as for ``contacts`` and ``exact_time``. Raises PhaseError if the phase's ``draw`` is
         wrong, and BusyError while a chunk of a run is under way.
         """
-        with self._alone("be drawn"):
+        with _Alone(self, "be drawn"):
             self.build()
             engine = self._engine
             return drawn(engine.k, engine.composition, engine.clock)
@@ -768,7 +801,7 @@ class Simulation(Moment):
     def snapshot(self) -> Snapshot:
         """Returns the complete state of this simulation, for ``restore``. Raises RecordError where a run has
         ended with a fault, BusyError while a chunk of a run is under way."""
-        with self._alone("be saved"):
+        with _Alone(self, "be saved"):
             engine, of = self._engine, self._observers
             if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
                 raise RecordError(
@@ -783,7 +816,7 @@ class Simulation(Moment):
         """Continues from a snapshot of this simulation, or of another one of the same scene, as ``resume``
         does. Raises RecordError for one of another scene or of other narrow phases, Refused if the broad
         phase does not accept it, BusyError while it runs; then nothing has changed."""
-        with self._alone("be restored"):
+        with _Alone(self, "be restored"):
             if self._running:
                 raise BusyError("this simulation is running: it cannot be restored from its own progress")
             if not isinstance(snapshot, Snapshot):
@@ -821,29 +854,6 @@ class Simulation(Moment):
         self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
         self._observers, self._saved_observed = None, snapshot.observed
         self._observed = None if snapshot.observed else Observed()
-
-    @contextmanager
-    def _alone(self, what: str) -> Iterator[None]:
-        """Within this context no other thread or callback changes the simulation; BusyError where one does
-        already. It is one step for signals, with places in it where a long one can be interrupted."""
-        with Unbroken():
-            if not self._lock.acquire(blocking=False):
-                raise BusyError(f"this simulation is running in another thread: it cannot {what} meanwhile")
-            try:
-                if self._engine.busy or (self._running and what in ("run", "step")):
-                    raise BusyError(
-                        f"this simulation is running: it cannot {what} from its own recorder, progress or "
-                        "hooks"
-                    )
-                if what in ("run", "step", "be restored"):
-                    self._fault = None
-                yield
-            except FAULTS as error:
-                if what in _RUNS:
-                    self._fault = f"{type(error).__name__}: {error}"
-                raise
-            finally:
-                self._lock.release()
 
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
         """Returns the observables of a run, if any: new ones, or those with whose measurements it goes on."""

@@ -185,9 +185,9 @@ def test_rows_before_the_hook_that_raised_reach_the_recorder(monkeypatch):
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive")
     bind, parts = fields.bound, []
 
-    def broken(*tables, numbers):
+    def broken(*tables, given):
         def run(until, budget, contacts, quota):
-            bind(*tables, numbers=numbers)(until, budget, 7, quota)
+            bind(*tables, given=given)(until, budget, 7, quota)
             raise ValueError("a hook that is interpreted")
 
         return run

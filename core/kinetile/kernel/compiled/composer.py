@@ -11,7 +11,7 @@ import logging
 import re
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from copy import copy
 from functools import cache, partial
@@ -153,15 +153,15 @@ def replaced(tables: Any, name: str, table: Any) -> Any:
     return tables._replace(**{name: quick(table)}) if INTERPRETED else tables.replaced(name, table)
 
 
-def bound(function: Callable[..., Any], *tables: Any, numbers: int) -> Callable[..., Any]:
-    """Returns a composed function of packed tables, and of a number of whole numbers, as one of these numbers
+def bound(function: Callable[..., Any], *tables: Any, given: Iterable[Any]) -> Callable[..., Any]:
+    """Returns a composed function of packed tables, and of other values, as one of such values as ``given``
     alone. The caller keeps the tables."""
     if INTERPRETED:
         return np.errstate(all="ignore")(partial(function, *tables))  # compiled, nothing warns
-    entry = cast(_Composed, function).entry([*tables, *range(numbers)])
+    entry = cast(_Composed, function).entry([*tables, *given])
     addresses = [each.address for each in tables]
 
-    def run_bound(*given: int) -> Any:  # a frame of this file: who dies in here has died in compiled code
+    def run_bound(*given: Any) -> Any:  # a frame of this file: who dies in here has died in compiled code
         return entry(*addresses, *given)
 
     return run_bound

@@ -197,8 +197,9 @@ class Agenda:
     def cancel(self, k: Kernel, fields: Fields, body: int) -> None:
         """Forgets all commands for a removed body."""
         ticks, rows = self.later
-        others = rows["body"] != body
-        self.later = Planned(tuple(compress(ticks, others.tolist())), rows[others])
+        if ticks:
+            others = rows["body"] != body
+            self.later = Planned(tuple(compress(ticks, others.tolist())), rows[others])
         if fields.lists.command[0] < fields.lists.commands[0]:
             rows = waiting(k)
             stay = rows[rows["body"] != body]

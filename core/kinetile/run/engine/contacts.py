@@ -5,7 +5,7 @@ kept they are hashed at once."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
@@ -164,18 +164,30 @@ class Ledger:
         """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
         return self.holds_rows or self._recorder is not None
 
-    @contextmanager
     def recording(
         self,
         recorder: Recorder | RowFunction | None,
         moment: Moment,
         counter: RowFunction | None = None,
         observer: RowFunction | None = None,
-    ) -> Iterator[None]:
-        """Within this context a recorder is given all rows, first those that have waited, ``observer`` the
+    ) -> AbstractContextManager[None]:
+        """A context in which a recorder is given all rows, first those that have waited, ``observer`` the
         others, and ``counter`` the short rows of contacts (``kernel.tables.MET``), valid during the call."""
         waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._held = [], []
+        if recorder is counter is observer is None:
+            return nullcontext()
+        return self._read_by(waiting, recorder, moment, counter, observer)
+
+    @contextmanager
+    def _read_by(
+        self,
+        waiting: list[npt.NDArray[np.void]],
+        recorder: Recorder | RowFunction | None,
+        moment: Moment,
+        counter: RowFunction | None,
+        observer: RowFunction | None,
+    ) -> Iterator[None]:
         self._recorder, self._counter, self._observer = recorder, counter, observer
         learns = recorder if recorder is not None and isinstance(recorder, Recorder) else None
         try:
@@ -192,10 +204,11 @@ class Ledger:
 
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
         """Takes over the rows of the loop's log, a number since the start, and empties the log."""
-        self.rows, self.complete = rows, False
         logged, written = fields.lists.logged[0], fields.lists.written[0]
+        self.rows, self.latest, self.complete = rows, logged, not (logged or written)
+        if self.complete:
+            return
         fields.lists.logged[0] = fields.lists.written[0] = 0
-        self.latest = int(logged)
         if logged and self.pending_events is not None:
             self.pending_events += np.asarray(k.met)[:logged].tolist()
         if logged:

@@ -25,7 +25,7 @@ from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.compiled import INTERPRETED, NotCompiled, compose, make_ready, python_of
+from kinetile.kernel.compiled import INTERPRETED, NotCompiled, bound, compose, make_ready, python_of
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
 from kinetile.kernel.loop import (
@@ -66,7 +66,7 @@ from kinetile.run.engine import layout, spans
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, squares_of_bodies
 from kinetile.run.engine.commands import ROWS, Agenda, Command, Planned, Rows, squares_of, to_the_front
 from kinetile.run.engine.contacts import Entries, Ledger
-from kinetile.run.engine.failures import blocked, blockers_of, failure
+from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.state import RunState, contents_of, numbers_of
 from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
@@ -182,6 +182,7 @@ class Engine(Tables):
         self.walled = scene.arena is not None and composition.wall is not None
         self.bounded = self.walled or scene.periodic == "xy"
         self.numbers = numbers_of(scene, self.history)
+        self._falls = drop_of(self.scene), chord_speed(self.scene)
         self._requested = state.requested
         self._ready = False
         self._behind = NONE_BEHIND
@@ -220,7 +221,7 @@ class Engine(Tables):
                 with Interruptible():
                     make_ready(self.loop, *self.packed, 0, 0, 0, 0)
                     if self.commands == Commands.ALL:
-                        blockers_of(self.packed[0], self.composition, np.zeros(0, ROWS))
+                        self._blockers(np.zeros(0, ROWS))
             except NotCompiled as error:
                 who = described("broad phase", self.composition.broad_phase)
                 text = f"the hooks of {self._phases} do not compile together ({who}): {error}"
@@ -235,7 +236,8 @@ class Engine(Tables):
         ``quota`` that of contacts at tick ``until``. No signal comes between the loop and its log
         (``Unbroken``). Raises ZenoError, MissedContactError or PhaseError for a fault.
         """
-        self.compile()
+        if not self._ready:
+            self.compile()
         self._demand_whole()
         self.busy = True
         try:
@@ -497,7 +499,7 @@ class Engine(Tables):
         wanted = Commands.ALL if code in (INSERTED, REMOVED, MOVED) else Commands.TURNS
         others_first = self.due  # of the scene, which stopped before them
         if inserts and len(rows) == 1 and not others_first and not shapes:
-            (blocker,) = blockers_of(self.packed[0], self.composition, rows).tolist()
+            (blocker,) = self._blockers(rows).tolist()
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
             rows["fits"] = True
@@ -544,12 +546,21 @@ class Engine(Tables):
                 self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
             self.history = self.history.with_rows(rows, self.clock.base)
 
+    def _blockers(self, rows: Rows) -> npt.NDArray[np.int64]:
+        """Returns for each body that commands insert, one by one, the slot or the wall that it would reach
+        into, FREE, or FREE - 1 - i for the i-th; the loop would find the same, after a copy of all tables."""
+        found = np.empty(len(rows), dtype=np.int64)
+        if self._search is None:
+            self._search = bound(self.composition.find_room, self.packed[0], given=(rows, found))
+        self._search(rows, found)
+        return found
+
     def insert_those_with_room(self, rows: Rows) -> dict[int, Refused]:
         """Inserts bodies now, one by one, and numbers them; returns which have no room, and why. Raises
         Refused, with nothing changed, as ``carry_out`` does. Before: no command of the scene is due."""
         if not len(rows):
             return {}
-        found = blockers_of(self.packed[0], self.composition, rows)
+        found = self._blockers(rows)
         free = found == FREE
         rows["body"] = self.numbers + np.cumsum(free) - free
         reasons = dict[int, Refused]()
@@ -574,7 +585,7 @@ class Engine(Tables):
         if code == INSERTED:
             lightest = min(lightest, *rows["mass"].tolist())
             smallest = min(smallest, *rows["radius"].tolist())
-        drop, drift, room = drop_of(self.scene), chord_speed(self.scene), 1.0 + 2.0**-20
+        (drop, drift), room = self._falls, 1.0 + 2.0**-20
         gained = squares_of(rows, drop)
         needed = fastest(self.scene, squares + gained, lightest) * room + drift
         if not needed <= speed:

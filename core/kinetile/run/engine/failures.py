@@ -7,7 +7,6 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile.errors import (
     KinetileError,
@@ -27,7 +26,6 @@ from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
-from kinetile.run.engine.commands import Rows
 from kinetile.scene.bodies import nearest_image
 from kinetile.scene.checks import WALL
 
@@ -166,14 +164,6 @@ def _its_own(composition: Composition, number: int, a: int, b: int) -> str:
     which = f"MY_FAULT + {number}" if number else "MY_FAULT"
     has = f"{len(faults)} {'sentence' if len(faults) == 1 else 'sentences'} for faults of its own"
     return f"left its fault {which} ({a}, {b}), and its parts have {has}"
-
-
-def blockers_of(packed: Any, composition: Composition, rows: Rows) -> npt.NDArray[np.int64]:
-    """Returns for each body that commands insert, one by one, the slot or the wall that it would reach into,
-    FREE, or FREE - 1 - i for the i-th command; the loop would find the same, after a copy of all tables."""
-    found = np.empty(len(rows), dtype=np.int64)
-    composition.find_room(packed, rows, found)
-    return found
 
 
 collide = to_be_filled_in

@@ -38,6 +38,7 @@ class Tables:
     loop: Any
     _packed: Any = None
     _enter: Any = None
+    _search: Any = None
 
     @property
     def k(self) -> Kernel:
@@ -48,7 +49,7 @@ class Tables:
     def k(self, tables: Kernel) -> None:
         if hasattr(self, "_k") and tables is self._k:
             return
-        self._packed = self._enter = None
+        self._packed = self._enter = self._search = None
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
             self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables
@@ -64,7 +65,7 @@ class Tables:
     def enter(self) -> Any:
         """The loop for the tables: a function of its four numbers."""
         if self._enter is None:
-            self._enter = bound(self.loop, *self.packed, numbers=4)
+            self._enter = bound(self.loop, *self.packed, given=range(4))
         return self._enter
 
     @property
