@@ -226,7 +226,7 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     """Returns turns of bodies, (n, 2) velocities or one for all; IndexError and ValueError for wrong ones."""
     numbers, pairs = _bodies_and_pairs(engine, bodies, velocities, "velocity")
     vx, vy = pairs.T
-    speed = float(np.hypot(vx, vy).max(initial=0.0))
+    speed = float(np.maximum.reduce(np.hypot(vx, vy), initial=0.0))  # max, without what it does in Python
     rows = engine.command_rows(TURNED, len(numbers))
     rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
     rows["body"] = numbers
@@ -280,7 +280,7 @@ def _bodies_and_pairs(
             pairs = np.broadcast_to(pairs, (len(numbers), 2))
     except (TypeError, ValueError, OverflowError):
         pairs = np.full((len(numbers), 2), np.nan)
-    if not np.isfinite(pairs).all():
+    if not np.logical_and.reduce(np.isfinite(pairs), axis=None):
         article = "an" if what == "acceleration" else "a"
         if isinstance(given, Sequence) and len(given) == 1 == len(numbers):
             raise ValueError(f"{article} {what} is two finite numbers; found {shown(given[0])}")

@@ -2,7 +2,8 @@
 
 import _signal
 import signal
-import threading
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 
 import numpy as np
@@ -30,10 +31,6 @@ def handled():
         signal.signal(number, handler)
 
 
-def leave(number, frame):
-    raise SystemExit(number)
-
-
 def press_within():
     with Unbroken():
         press()
@@ -57,7 +54,7 @@ def press_and_fail():
 def test_a_step_is_done_before_its_signals_raise(handled, step, raised, done):
     """However many come, in an inner step too; a handler of one's own that raises waits; an error goes before
     the keyboard interrupt."""
-    handled(signal.SIGTERM, leave)
+    handled(signal.SIGTERM, lambda number, frame: sys.exit(number))
     found = []
 
     def work():
@@ -129,21 +126,12 @@ def test_what_is_ignored_stays_ignored(handled):
 
 
 def test_another_thread_is_left_alone():
-    found = []
-
-    def work():
+    def handler():
         with Unbroken():
-            found.append(signal.getsignal(signal.SIGINT))
+            return signal.getsignal(signal.SIGINT)
 
-    before = signal.getsignal(signal.SIGINT)
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert found == [before]
-
-
-def recorded(parts: list[np.ndarray]) -> np.ndarray:
-    return np.concatenate([np.zeros(0, kt.LOG), *parts])
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(handler).result() is signal.getsignal(signal.SIGINT)
 
 
 def test_two_ctrl_c_while_the_recorder_takes_a_chunk_lose_no_row():
@@ -158,8 +146,8 @@ def test_two_ctrl_c_while_the_recorder_takes_a_chunk_lose_no_row():
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             sim.run(sim.time + 0.5, recorder=interrupted)
-        assert len(recorded(parts)) == len(sim.contacts)
-        assert recorded(parts)["time"][-1] <= sim.time
+        assert len(np.concatenate(parts)) == len(sim.contacts)
+        assert np.concatenate(parts)["time"][-1] <= sim.time
     again = kt.Simulation(sim.scene, "naive")
     again.run(max_contacts=len(sim.contacts))
     assert again.fingerprint == sim.fingerprint
@@ -170,12 +158,7 @@ def test_ctrl_c_ends_a_run_out_of_its_progress_and_its_audit(monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         sim.run(1.0, progress=lambda progress: press())
     done = []
-
-    def interrupted(*tables):
-        press()
-        done.append(1)
-
-    monkeypatch.setattr("kinetile.run.engine.engine.check_all", interrupted)
+    monkeypatch.setattr("kinetile.run.engine.engine.check_all", lambda *tables: (press(), done.append(1)))
     with pytest.raises(KeyboardInterrupt):
         sim.run(1.0)
     assert done == []
@@ -195,5 +178,5 @@ def test_rows_before_the_hook_that_raised_reach_the_recorder(monkeypatch):
     monkeypatch.setattr(fields, "bound", broken)
     with pytest.raises(PhaseError, match="a hook that is interpreted"):
         sim.run(1.0, recorder=parts.append)
-    assert len(recorded(parts)) == len(sim.contacts) == 7
-    assert recorded(parts)["time"][-1] == sim.time
+    assert len(np.concatenate(parts)) == len(sim.contacts) == 7
+    assert np.concatenate(parts)["time"][-1] == sim.time

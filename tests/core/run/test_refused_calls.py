@@ -1,6 +1,6 @@
 """A public call that is refused, or comes at the wrong moment, leaves the simulation exactly as it was."""
 
-import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -227,12 +227,8 @@ def test_a_turn_from_a_second_thread_during_a_run_was_taken_for_a_missed_contact
                 call()
             said.append(call)
 
-    def progress(so_far: kt.Progress) -> None:
-        thread = threading.Thread(target=disturb)
-        thread.start()
-        thread.join()
-
-    sim.run(until=0.1, progress=progress)
+    with ThreadPoolExecutor(1) as pool:
+        sim.run(until=0.1, progress=lambda so_far: pool.submit(disturb).result())
     assert len(said) > 0 == len(said) % 3
 
 

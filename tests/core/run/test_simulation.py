@@ -1,5 +1,6 @@
 """Simulation: what its public names promise."""
 
+from concurrent.futures import ThreadPoolExecutor
 from time import sleep
 
 import numpy as np
@@ -88,6 +89,16 @@ def test_explain_names_what_is_left_out():
     plain = grid(4)
     uneven = kt.Scene(plain.position, plain.velocity, plain.radius, [1.0, 2.0, 3.0, 4.5], plain.arena)
     assert "masses from 1.0 to 4.5" in kt.Simulation(uneven).explain()["modelled"]
+
+
+@pytest.mark.compiled
+def test_runs_in_two_threads_have_the_contacts_of_two_in_a_row():
+    in_a_row, at_once = ([kt.Simulation(grid(400, seed), "cells") for seed in (1, 2)] for _ in range(2))
+    with ThreadPoolExecutor(2) as pool:
+        for each, sims in ((pool.map, at_once), (map, in_a_row)):
+            list(each(lambda sim: sim.run(until=1.0), sims))
+    assert [sim.fingerprint for sim in at_once] == [sim.fingerprint for sim in in_a_row]
+    assert at_once[0].fingerprint != at_once[1].fingerprint
 
 
 def test_a_run_cannot_be_started_from_within_itself():

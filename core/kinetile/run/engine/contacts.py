@@ -4,7 +4,7 @@ kept they are hashed at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
@@ -175,21 +175,13 @@ class Ledger:
         others, and ``counter`` the short rows of contacts (``kernel.tables.MET``), valid during the call."""
         waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._held = [], []
-        if recorder is counter is observer is None:
-            return nullcontext()
-        return self._read_by(waiting, recorder, moment, counter, observer)
+        self._recorder, self._counter, self._observer = recorder, counter, observer
+        nobody = recorder is counter is observer is None
+        return nullcontext() if nobody else self._read(waiting, recorder, moment)
 
     @contextmanager
-    def _read_by(
-        self,
-        waiting: list[npt.NDArray[np.void]],
-        recorder: Recorder | RowFunction | None,
-        moment: Moment,
-        counter: RowFunction | None,
-        observer: RowFunction | None,
-    ) -> Iterator[None]:
-        self._recorder, self._counter, self._observer = recorder, counter, observer
-        learns = recorder if recorder is not None and isinstance(recorder, Recorder) else None
+    def _read(self, waiting: Sequence[Any], recorder: Any, moment: Moment) -> Iterator[None]:
+        learns = recorder if isinstance(recorder, Recorder) else None
         try:
             if learns is not None:
                 learns.begin(moment, self.rows - sum(map(len, waiting)))

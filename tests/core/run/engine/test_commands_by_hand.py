@@ -3,7 +3,6 @@
 import math
 import pickle
 import warnings
-from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from kinetile import StopAt
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.kernel.tables import COMMAND, allocate
+from kinetile.run.arguments import read_insertion
 from kinetile.run.engine import engine as engines
 from kinetile.run.engine.commands import LAST, History, to_the_front
 from kinetile.run.engine.fields import fields_of
@@ -99,26 +99,34 @@ def test_rows_of_commands_wait_for_the_next_recorder_with_their_own_times():
 
 def test_energy_is_not_summed_up_for_each_command(monkeypatch):
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, density=0.2, seed=1), "cells", live=True)
-    calls = Counter()
-    summed = engines.squares_of_bodies
-
-    def counted(k):
-        calls["squares"] += 1
-        return summed(k)
-
-    monkeypatch.setattr(engines, "squares_of_bodies", counted)
-    random = np.random.default_rng(1)
+    calls, summed, random = [], engines.squares_of_bodies, np.random.default_rng(1)
+    monkeypatch.setattr(engines, "squares_of_bodies", lambda k: calls.append(k) or summed(k))
     for frame in range(20):
         sim.set_velocities(np.arange(8), random.normal(0.0, 0.5, (8, 2)))
-        body = sim.bodies[-1]
-        place = sim.positions()[-1]
+        body, place = sim.bodies[-1], sim.positions()[-1]
         sim.remove(int(body))
         sim.insert(place, (0.5, 0.5), 0.01)
         engine = sim._engine
         assert engine.bounds.squares >= summed(engine.k)
         assert np.hypot(*sim.velocities().T).max() <= engine.speed
         sim.run(until=(frame + 1) / 60)
-    assert calls["squares"] < 8
+    assert len(calls) < 8
+
+
+@pytest.mark.parametrize("odd", [0.25, np.float32(0.25), True, math.nan, math.inf, -1.0, 2.0**201, "a", None])
+@pytest.mark.parametrize("name", ["position", "velocity", "radius", "mass"])
+def test_a_plain_disc_is_read_as_one_value_by_value(name, odd):
+    engine = kt.Simulation(kt.make_scene("grid", bodies=4), "naive", live=True)._engine
+    for pair in ([0.5, odd], (0.5, odd, 0.5), np.array([0.5, odd]), np.array(odd), {0.5: 1, odd: 2}):
+        given = {"position": (0.25, 0.5), "velocity": np.array([0.1, 0.2]), "radius": 0.01, "mass": 2.0}
+        new = kt.Insert(0.0, **given | {name: odd if name in ("radius", "mass") else pair})
+        found = []
+        for each in (new, new._replace(kind=engine.scene.kinds[0])):  # with a kind it is read value by value
+            try:
+                found.append(read_insertion(engine, each)[0].tolist())
+            except ValueError as error:
+                found.append(str(error))
+        assert found[0] == found[1]
 
 
 def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
