@@ -9,15 +9,7 @@ import kinetile as kt
 from agreement import agree
 from kinetile.toolbox import Box
 from lanes import first
-from tilings import (
-    Steps,
-    audited_events,
-    columns,
-    hard_scenes,
-    lattice,
-    random_scene,
-    tiling_of,
-)
+from tilings import Steps, audited_events, columns, hard_scenes, lattice, random_scene, tiling_of
 
 HARD = dict(hard_scenes())
 KNOWN = ("figure-10", "figure-16", "break", "cradle")
