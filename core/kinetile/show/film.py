@@ -97,9 +97,8 @@ class Film:
         for time in self.times:
             simulation.run(time)
             picture = take_picture(simulation, structure=structure, pairs=pairs)
-            if pairs is None:  # decided once: lines that come and go with their number would flicker
-                left_out = picture.left_out
-                pairs = not left_out
+            left_out = left_out or picture.left_out
+            pairs = not left_out if pairs is None else pairs  # for all frames: else lines would flicker
             yield time, replace(picture, left_out=left_out)
 
     def _view(self) -> tuple[Place, Place]:

@@ -72,8 +72,7 @@ class Picture:
 
     Attributes:
         caption, left_out: scene, broad phase and time, in words; its end, where pairs are left out.
-        low, high: the corners of the view: the ``arena``, or the bounds of the bodies, now and at the start,
-            and of the line along which they are sorted; lengths of the scene.
+        low, high: corners of the view: the ``arena``, or bounds of bodies, now and at the start, and axis.
         arrow_time: the time in which a body flies the length of its arrow; 0: none moves.
         discs: the bodies, by number; then images of those that reach over a periodic border.
         shapes: what the broad phase draws, every coordinate a number.
@@ -130,11 +129,10 @@ def wants_pairs(pairs: bool | None, items: Iterable[Item]) -> bool:
 def arrow_time(discs: Sequence[PlacedDisc], start: Array) -> float:
     """Returns the time in which a body flies the length of its arrow, a round number: the fastest at the
     ``start``, by its velocities, had one of two or three median radii. So pictures of one run share it."""
-    flights = ((disc.radius, math.hypot(*disc.velocity)) for disc in discs)
-    moving = [each for each in flights if 1e-200 < each[1] < 1e200]
+    moving = sorted((d.radius, v) for d in discs if 1e-200 < (v := math.hypot(*d.velocity)) < 1e200)
     if not moving:
         return 0.0
-    radii, speeds = zip(*sorted(moving), strict=True)
+    radii, speeds = zip(*moving, strict=True)
     first, now = float(np.hypot(*start.T).max(initial=0.0)), max(speeds)
     return round_below(3.0 * radii[len(radii) // 2] / (first if now < 1.5 * first else now))
 
@@ -151,8 +149,7 @@ def take_picture(
     """Returns the picture of a simulation now; with ``roles``, only shapes of these roles. Lines between
     ``pairs``, of which one body is movable, are drawn up to 400 in number, or where a role is ``pair``; of
     more the caption says that they are left out. Without ``structure`` there is no shape, and the broad phase
-    is neither compiled nor built.
-    Raises ValueError for an unknown role."""
+    is neither compiled nor built. Raises ValueError for an unknown role."""
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
@@ -167,21 +164,14 @@ def take_picture(
     taken_off = whole_periods(sim.unwrapped() - positions, sim.scene.periods)
     turns = dict(zip(places, taken_off.tolist(), strict=True))
     shapes = tuple(shape for item in wanted for shape in _placed(item, places, turns, sim.scene))
-    low, high = _extent(sim.scene, (*discs, *_first_discs(sim.scene)), shapes)
+    low, high = _extent(sim.scene, discs, shapes)
     ticks = {shape.fails for shape in shapes if shape.fails is not None}
     start, unit = Fraction(sim.scene.start), Fraction(sim.time_unit)
-    return Picture(
-        caption=f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}{left_out}",
-        low=low,
-        high=high,
-        arrow_time=arrow_time(discs, sim.scene.velocity),
-        arena=sim.scene.arena is not None,
-        discs=(*discs, *_images(discs, sim.scene)),
-        shapes=shapes,
-        next=min(ticks, default=None),
-        times={tick: float(start + Fraction(tick, TICKS) * unit) for tick in ticks},
-        left_out=left_out,
-    )
+    times = {tick: float(start + Fraction(tick, TICKS) * unit) for tick in ticks}
+    caption = f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}{left_out}"
+    seen, arrows = (*discs, *_images(discs, sim.scene)), arrow_time(discs, sim.scene.velocity)
+    view = caption, low, high, arrows, sim.scene.arena is not None
+    return Picture(*view, seen, shapes, min(ticks, default=None), times, left_out)
 
 
 def picture_of_scene(scene: Scene) -> Picture:
@@ -287,7 +277,7 @@ def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...
     if scene.arena is not None:
         return (0.0, 0.0), scene.arena
     points = [corner for shape in shapes if shape.role == "axis" for corner in corners_of(shape)]
-    for disc in discs:
+    for disc in (*discs, *_first_discs(scene)):
         (x, y), (left, right, below, above) = disc.at, disc.reaches
         points += [(x - left, y - below), (x + right, y + above)]
     across, up = zip(*points or [(0.0, 0.0)], strict=True)

@@ -183,12 +183,12 @@ def space_time_svg(run: SpaceTime) -> bytes:
     ]
     for place in _round_numbers(run.low, run.high):
         x, _ = at(place, run.begin).split()
-        axes.append(f'<path class="arena" d="M{x} {number(foot)}v5"/>')
-        axes.append(f'<text class="low" x="{x}" y="{number(foot + 17)}">{place:.12g}</text>')
+        word = f'<text class="low" x="{x}" y="{number(foot + 17)}">{place:.12g}</text>'
+        axes.append(f'<path class="arena" d="M{x} {number(foot)}v5"/>{word}')
     for time in _round_numbers(run.begin, run.end):
         _, y = at(run.low, time).split()
-        axes.append(f'<path class="arena" d="M{number(edge)} {y}h-5"/>')
-        axes.append(f'<text class="side" x="{number(edge - 8)}" y="{y}">{time:.12g}</text>')
+        word = f'<text class="side" x="{number(edge - 8)}" y="{y}">{time:.12g}</text>'
+        axes.append(f'<path class="arena" d="M{number(edge)} {y}h-5"/>{word}')
     body = [
         f'<clipPath id="frame"><rect {frame}/></clipPath>',
         '<g clip-path="url(#frame)">',

@@ -20,14 +20,10 @@ LINE = 20.0
 _LETTER = 7.2
 """About as wide as a letter of the caption is."""
 
-_KEY = 40.0
-"""The most units of the arrow in the legend."""
-
-_HEAD = (
+_ARROWHEAD = (
     '<marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" orient="auto" '
     'markerUnits="userSpaceOnUse"><path class="arena" d="M1 1L8 4L1 7"/></marker>'
 )
-"""That of arrows."""
 
 _READABLE = 8.0
 """The least radius in units of bodies that show their number."""
@@ -46,7 +42,7 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
         *_layers(sheet, under),
         *_discs(sheet),
         "</g>",
-        *((_HEAD, *_arrows(sheet)) if velocities else ()),  # those of bodies at the border reach over it
+        *((_ARROWHEAD, *_arrows(sheet)) if velocities else ()),  # those of bodies at the border reach over it
         '<g clip-path="url(#frame)">',
         *_layers(sheet, over),
         *_numbers(sheet),
@@ -179,7 +175,7 @@ def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str
     signs = [(name if name in LOOKS else "next", name, 18.0, square) for name in names]
     unit = sheet.picture.arrow_time * sheet.scale
     if velocities and unit:
-        speed = round_below(_KEY / unit)
+        speed = round_below(40.0 / unit)  # an arrow of 16 to 40 units
         arrow = f'<path d="M{{x}} {{y}}h{number(speed * unit)}"/>'
         signs.append(("velocity", f"speed {speed:g}", speed * unit, arrow))
     found, x, line = [], MARGIN, 1

@@ -100,8 +100,8 @@ def record(
 ) -> Recording:
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
     number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
-    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: where there are up to
-    ``MOST_PAIRS`` at the beginning; of a page that computes them, of up to as many bodies."""
+    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to
+    ``MOST_PAIRS`` at the beginning, without steps of up to as many bodies."""
     clock = Clock(scene.start, scene.time_unit)
     rows = BoundedRows(MOST_ROWS, clock)
     notes: list[str] = []
@@ -138,8 +138,7 @@ def record(
     if again is not None:
         recording = _with_steps(recording, again, clock, begin, pairs)
     notes = []
-    has_links = recording.drawn_as in _PAIRED or (recording.stepped and recording.stepped.structure.unpaired)
-    if pairs is None and not recording.pairs and has_links:
+    if pairs is None and not recording.pairs and (recording.stepped or drawn_as in _PAIRED):
         notes += [f"Pairs are left out, they are more than {MOST_PAIRS}; --pairs (pairs=True) draws them."]
     return replace(recording, notes=(*recording.notes, *notes))
 
@@ -361,11 +360,11 @@ MOST_LOOKS = 4_000_000
 
 class StructureLog:
     """Log of the present shapes after each number of events: ``full`` where the limit of checked shapes is
-    reached, after ``seen`` events, and ``unpaired`` where links are left out."""
+    reached, after ``seen`` events."""
 
     def __init__(self, pairs: bool = True) -> None:
         """Makes a log, without links between bodies unless there are ``pairs``."""
-        self.full = self.unpaired = False
+        self.full = False
         self.pairs = pairs
         self.seen = 0
         self._looks = 0
@@ -379,7 +378,6 @@ class StructureLog:
         before, now, new = self._open, {}, []
         for item in items:
             if not self.pairs and isinstance(item, Link):
-                self.unpaired = True
                 continue
             first = before.pop(item, None)
             if first is not None:

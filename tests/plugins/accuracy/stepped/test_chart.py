@@ -223,6 +223,13 @@ def test_the_chart_of_readme_has_the_methods_that_there_are() -> None:
     }
 
 
+def test_the_line_of_the_chart_of_readme_is_at_the_fastest_kinetic_method() -> None:
+    text = CHART.read_text(encoding="utf-8")  # it stayed at sweep-tiling when cells had become faster
+    lines = re.findall(r'd="M \S+ (\S+) \nL \S+ \1 \n" clip\S+ style="fill: none; stroke: #0072b2', text)
+    marks = re.findall(r'<use \S+ x="\S+" y="(\S+)" style="fill: #0072b2', text)
+    assert {*lines} == {max((y for y in marks if float(y) < 214.0), key=float)}
+
+
 @pytest.mark.compiled
 @pytest.mark.parametrize("phase", first(len(ALIKE), sorted(BUILT_IN, key=lambda name: name not in ALIKE)))
 def test_the_chart_of_readme_has_the_counts_that_there_are(phase: str) -> None:
