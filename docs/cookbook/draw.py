@@ -2,7 +2,7 @@
 
 Units: the diameter of a disc (of the larger in a mixture), its mass (of the smaller), and kT; in the Lorentz
 gas the radius of a scatterer and the speed; among obstacles the speed and half the height of the room. Error
-bars are standard errors; numbers are printed as well.
+bars are standard errors, where blocks give one (``error`` is not NaN); numbers are printed as well.
 """
 
 from __future__ import annotations
@@ -12,12 +12,16 @@ import sys
 import time
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 import kinetile as kt
 from kinetile.show.picture import take_picture
+
+COLOURS, MARKERS, DASHES = ["#0072B2", "#D55E00", "#009E73"], "os^", ("-", "--", ":")
+"""Those of the first, second and third series of a panel."""
 
 Z = {0.2: 1.411834, 0.3: 1.723373, 0.4: 2.151444, 0.5: 2.760124, 0.6: 3.663698, 0.7: 5.082369, 0.8: 7.476513}
 """P/(rho kT) by the density rho of discs of diameter 1: Kolafa and Rottner (2006)."""
@@ -49,7 +53,8 @@ def panels(*names):
 def dots(axes, x, estimates, label, color=None):
     """Draw pairs of a mean and an error, and print them."""
     mean, error = np.transpose([each[:2] for each in estimates])
-    axes.errorbar(list(x), mean, error, fmt="o", ms=3, lw=1, capsize=2, label=label, color=color)
+    marker = MARKERS[len(axes.containers)]
+    axes.errorbar(list(x), mean, error, fmt=marker, ms=3, lw=1, capsize=2, label=label, color=color)
     print(label, *(f"({at:.4g}: {m:.6g} +- {e:.2g})" for at, m, e in zip(x, mean, error, strict=True)))
 
 
@@ -73,7 +78,7 @@ def equation_of_state():
         sim.run(max_contacts=40_000_000, observe=["pressure"])
         found.append([packing * 4 / math.pi * each for each in sim.observed["pressure"]["Z"][:2]])
     right.plot(list(table), list(table.values()), "k_-", ms=14, lw=0.6, label="Li et al., 2022")
-    dots(right, table, found, "72 discs", "tab:orange")
+    dots(right, table, found, "72 discs", "C1")
     return figure
 
 
@@ -107,7 +112,7 @@ def pair_correlation():
             g = sim.observed["g"]["g"]
             near = (g.at > 1) & (g.at < 1.3)
             contact.append(np.polynomial.Polynomial.fit(g.at[near], g.mean[near], 3)(1.0))
-        axes.plot(g.at, g.mean, color=f"C{k}", lw=1)
+        axes.plot(g.at, g.mean, DASHES[k], color=f"C{k}", lw=1)
         found = [(np.mean(contact), np.std(contact, ddof=1) / math.sqrt(32))]
         dots(axes, [1.0], found, f"density {density}", f"C{k}")
         axes.plot([0.8, 1.0], [(Z[density] - 1) / (math.pi / 2 * density)] * 2, "k-", lw=0.8)
@@ -145,7 +150,7 @@ def cooling_granular_gas():
     figure, left, right = panels("Gamma0 t", "T / T0", "contacts of a disc", "T / T of Haff")
     gamma, times = 4 * (Z[0.3] - 1) / math.sqrt(math.pi), np.geomspace(1, 2000, 40)
     start = fluid(10_000, 0.3)
-    for e in (0.99, 0.95, 0.9):
+    for e, marker, dashes in zip((0.99, 0.95, 0.9), MARKERS, DASHES, strict=True):
         rule, heat, contacts = kt.Response("restitution", e=e, contact_time=1e-4 / gamma), [], []
         sim = again(start, responses=rule)
         for t in times / gamma:
@@ -153,9 +158,9 @@ def cooling_granular_gas():
             heat.append((sim.velocities() ** 2).mean() / (start.velocities() ** 2).mean())
             contacts.append(2 * sim.readings.contacts_disc / 10_000)
         haff = 1 / (1 + (1 - e**2) * times / 4) ** 2
-        left.loglog(times, heat, ".", ms=4, label=f"e = {e}")
+        left.loglog(times, heat, marker, ms=3, label=f"e = {e}")
         left.loglog(times, haff, "k-", lw=0.6)
-        right.semilogx(contacts, heat / haff, ".-", ms=4, lw=0.6, label=f"e = {e}")
+        right.semilogx(contacts, heat / haff, marker + dashes, ms=3, lw=0.6, label=f"e = {e}")
         print(e, *(f"({c:.3g}: {r:.4f})" for c, r in zip(contacts, heat / haff, strict=True)))
     right.set(ylim=(0.9, 2))
     return figure
@@ -221,13 +226,13 @@ def rooms():
     shown = {"sinai": (40, [1]), "stadium": (60, [66]), "maze": (40, [38, 77, 117])}
     shown["brick-breaker"] = (30, [0])
     for axes, (name, (until, discs)) in zip(figure.subplots(2, 2).flat, shown.items(), strict=True):
-        scene = kt.load_scene(Path(__file__).with_name("scenes") / f"{name}.toml")
+        scene = kt.load_scene(Path(__file__).parents[1] / "scenes" / f"{name}.toml")
         sim, path = kt.Simulation(scene, "cells"), [scene.position[discs]]
         while sim.run(until=until, stop_at=kt.StopAt(bodies=discs)):
             path.append(sim.positions()[np.searchsorted(sim.bodies, discs)])
         path.append(sim.positions()[np.searchsorted(sim.bodies, discs)])
         for k, line in enumerate(np.swapaxes(path, 0, 1)):
-            axes.plot(*line.T, lw=0.5, color=f"C{k}")
+            axes.plot(*line.T, DASHES[k], lw=0.5, color=f"C{k}")
         picture = take_picture(sim, structure=False)
         for body in picture.discs:
             fixed = scene.mass[body.number] == math.inf
@@ -255,6 +260,7 @@ PICTURES = [
 ]
 
 if __name__ == "__main__":
+    matplotlib.rcParams["axes.prop_cycle"] = matplotlib.cycler(color=COLOURS)
     for picture in PICTURES:
         name = picture.__name__.replace("_", "-")
         if name in (sys.argv[1:] or [name]):
