@@ -2,7 +2,8 @@
 
 All broad phases run a wrong narrow phase or response alike, so no comparison of contacts shows it. A hook is
 called again on copies of the kernel's tables that differ in what it may not depend on, and its answers are
-compared with those of another one, or with what it may answer.
+compared with those of another one, or with what it may answer. At each moment bodies have other velocities as
+well, drawn: those of the scenes are dyadic, and their grazes of a few depths.
 """
 
 from __future__ import annotations
@@ -32,7 +33,18 @@ from kinetile.instruments import (
     said_tick,
     to_be_filled_in,
 )
-from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
+from kinetile.toolbox import (
+    BOTTOM,
+    LEFT,
+    NEVER,
+    NOBODY,
+    RIGHT,
+    TOP,
+    Kernel,
+    PairParts,
+    WallParts,
+    positions_now,
+)
 from kinetile_conformance.cases import GENERAL, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, watch
@@ -78,14 +90,14 @@ class Met(NamedTuple):
         then = "" if self.after is None else f"leave with {self.after[at].tolist()}"
         return f"{text} {' and '.join(each for each in (when, then) if each)}"
 
-    def check(self, sim: Simulation, found: Met, how: str) -> None:
+    def check(self, at: Moment, found: Met, how: str) -> None:
         """Raises for the first meeting that is found to be another one; ``how``: by what, or where."""
         differs = np.zeros(len(self.who), np.bool_)
         for one, other in zip(self, found, strict=True):
             if one is not None and other is not None:
                 differs |= (one != other).reshape(len(one), -1).any(axis=1)
-        for at in np.flatnonzero(differs)[:1].tolist():
-            raise Disagreement(f"at time {sim.time!r} {self.in_words(at)}; {how}, {found.in_words(at)}")
+        for row in np.flatnonzero(differs)[:1].tolist():
+            raise Disagreement(f"{at.when} {self.in_words(row)}; {how}, {found.in_words(row)}")
 
     def exchanged(self) -> Met:
         """Returns the meetings with the second body as the first; walls stay the second."""
@@ -103,23 +115,68 @@ Answer = Callable[[Kernel, Met], Met]
 """Returns meetings with what a hook answers, on tables that it leaves as they were."""
 
 
+class Moment(NamedTuple):
+    """A moment of a run, in words, and tables for it, in which bodies may have other velocities."""
+
+    sim: Simulation
+    when: str
+    tables: Kernel
+
+
+SLOWER = (4, 8)
+"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to 1,024 units from now."""
+
+DRAWN, GRAZES = 4, 40
+"""How often other velocities are drawn for a moment; halvings of the depth of a graze, up to so many."""
+
+
+def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
+    """Yields a moment as it is; with all slower; and, where paths are straight, with drawn velocities."""
+    yield Moment(sim, f"at time {sim.time!r}", sim.tables)
+    for power in SLOWER:
+        k = copied(sim.tables)
+        k.bodies.vx *= 0.5**power
+        k.bodies.vy *= 0.5**power
+        note_all_places(k, int(k.clock[0].now))
+        yield Moment(sim, f"at time {sim.time!r}, 2^{power} times as slow,", k)
+    fast = np.hypot(sim.tables.bodies.vx, sim.tables.bodies.vy).max(initial=0.0)
+    for _ in range(0 if sim.scene.bent or sim.scene.periodic or fast == 0.0 else DRAWN):
+        k = copied(sim.tables)
+        place, velocity = positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
+        # The first half of these just touch, or hardly overlap, one of the others as they pass.
+        one, two = random.permutation(len(place) // 2 * 2).reshape(2, -1)
+        apart, reach = place[two] - place[one], k.bodies.radius[one] + k.bodies.radius[two]
+        aside = reach * (1.0 - 0.5 ** random.uniform(0.0, GRAZES, len(one))) / np.hypot(*apart.T)
+        way = np.arctan2(*apart.T[::-1]) + random.choice([-1.0, 1.0], len(one)) * np.arcsin(
+            np.minimum(aside, 1.0)
+        )
+        velocity[one] = velocity[two] + 0.25 * fast * np.column_stack([np.cos(way), np.sin(way)])
+        k.bodies.x, k.bodies.y = place.T
+        k.bodies.vx, k.bodies.vy = velocity.T
+        k.bodies.anchor, k.bodies.last = k.clock[0].now, NOBODY
+        note_all_places(k, int(k.clock[0].now))
+        yield Moment(sim, f"at time {sim.time!r}, with the velocities {velocity.tolist()},", k)
+
+
 def _at_some_moments(
     case: Case,
-    meetings: Callable[[Simulation], tuple[Answer, Met] | None],
-    look: Callable[[Simulation, Answer, Met], object],
+    meetings: Callable[[Moment], tuple[Answer, Met] | None],
+    look: Callable[[Moment, Answer, Met], object],
 ) -> None:
-    """Calls a function with a simulation at some moments of a run, and with what answers meetings there."""
+    """Calls a function with some moments of a run, and with what answers meetings there."""
+    random = np.random.default_rng(len(case.scene))
 
     def see(sim: Simulation) -> None:
-        found = meetings(sim)
-        if found is not None:
-            look(sim, *found)
+        for moment in _moments(sim, random):
+            found = meetings(moment)
+            if found is not None:
+                look(moment, *found)
 
     watch(case, see, every=EVERY)
 
 
-def _pairs(sim: Simulation) -> tuple[Answer, Met] | None:
-    pair, two = composition_of(sim).pair, np.column_stack(np.triu_indices(len(sim.tables.bodies), 1))
+def _pairs(at: Moment) -> tuple[Answer, Met] | None:
+    pair, two = composition_of(at.sim).pair, np.column_stack(np.triu_indices(len(at.tables.bodies), 1))
     return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
 
 
@@ -138,10 +195,6 @@ def a_contact_depends_on_two_plans_alone(case: Case) -> None:
     _at_some_moments(case, _pairs, partial(_check_surroundings, "meet or collide", ("clock.now",)))
 
 
-SLOWER = (0, 4, 8)
-"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to 1,024 units from now."""
-
-
 @observation(judges="pair", compares=False)
 def its_bounds_are_never_late(case: Case) -> None:
     """No contact is before the bound of `soonest` for its pair, however late it is"""
@@ -149,24 +202,20 @@ def its_bounds_are_never_late(case: Case) -> None:
     if parts is None or parts.soonest is None:
         raise DoesNotApply("it has no bounds")
 
-    def look(sim: Simulation, answer: Answer, met: Met) -> None:
-        k, bound = copied(sim.tables), np.zeros(len(met.who))
-        for power in SLOWER:
-            k.bodies.vx[:] = sim.tables.bodies.vx * 0.5**power
-            k.bodies.vy[:] = sim.tables.bodies.vy * 0.5**power
-            now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
-            note_all_places(k, now)
-            _call(bound_all, k, met.who, bound, soonest=parts.soonest)
-            ticks = cast(Ticks, answer(k, met).ticks)
-            delay = (ticks - now) * (1.0 + 2.0**-50) / per_time
-            # A bound within this tick is never late.
-            late = (bound > delay) & (ticks >= now) & (ticks < NEVER) & (bound * per_time >= 1.0)
-            if case.scene.bent:  # up to the end of the chord of either
-                late &= ticks < k.bodies.end[met.who].min(axis=1)
-            for at in np.flatnonzero(late)[:1].tolist():
-                text = f"bodies {met.who[at].tolist()} meet after {delay[at].item()!r}"
-                text += f", and the bound is {bound[at].item()!r}"
-                raise Disagreement(f"at time {sim.time!r}, 2^{power} times as slow, {text}")
+    def look(at: Moment, answer: Answer, met: Met) -> None:
+        k, bound = copied(at.tables), np.zeros(len(met.who))
+        now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
+        note_all_places(k, now)
+        _call(bound_all, k, met.who, bound, soonest=parts.soonest)
+        ticks = cast(Ticks, answer(k, met).ticks)
+        delay = (ticks - now) * (1.0 + 2.0**-50) / per_time
+        # A bound within this tick is never late.
+        late = (bound > delay) & (ticks >= now) & (ticks < NEVER) & (bound * per_time >= 1.0)
+        if case.scene.bent:  # up to the end of the chord of either
+            late &= ticks < k.bodies.end[met.who].min(axis=1)
+        for row in np.flatnonzero(late)[:1].tolist():
+            text = f"bodies {met.who[row].tolist()} meet after {delay[row].item()!r}"
+            raise Disagreement(f"{at.when} {text}, and the bound is {bound[row].item()!r}")
 
     _at_some_moments(case, _pairs, look)
 
@@ -179,9 +228,9 @@ def discs_meet_at_the_tick_of_the_specification(case: Case) -> None:
         raise DoesNotApply("it does not say that bodies touch at the sum of their radii")
     usual = partial(_met, registry().target("narrow phase", "disc")(**GENERAL).prepare(case.scene))
 
-    def look(sim: Simulation, answer: Answer, met: Met) -> None:
-        found, right = (each(copied(sim.tables), met)._replace(after=None) for each in (answer, usual))
-        found.check(sim, right, "by the specification")
+    def look(at: Moment, answer: Answer, met: Met) -> None:
+        found, right = (each(copied(at.tables), met)._replace(after=None) for each in (answer, usual))
+        found.check(at, right, "by the specification")
 
     _at_some_moments(case, _pairs, look)
 
@@ -196,10 +245,13 @@ def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
         raise DoesNotApply("it does not say that walls are at the edges of an arena")
     named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))
 
-    def look(sim: Simulation) -> None:
-        _met_walls(named, sim.tables).check(sim, _met_walls(usual, sim.tables), "by the specification")
+    def walls(at: Moment) -> tuple[Answer, Met]:
+        return lambda k, _: _met_walls(named, k), _met_walls(usual, at.tables)
 
-    watch(case, look, every=EVERY)
+    def look(at: Moment, answer: Answer, met: Met) -> None:
+        answer(at.tables, met).check(at, met, "by the specification")
+
+    _at_some_moments(case, walls, look)
 
 
 def _walls(name: str, options: Mapping[str, Any], scene: Scene) -> WallParts:
@@ -234,10 +286,10 @@ def same_contacts_as_convex(case: Case) -> None:
         raise Disagreement(f"compared with convex, {text}")
 
 
-def _meetings(name: str, sim: Simulation) -> tuple[Answer, Met] | None:
+def _meetings(name: str, at: Moment) -> tuple[Answer, Met] | None:
     """Returns the response of a name, and the meetings of bodies that approach to which it is the answer."""
-    rules, k = composition_of(sim).rules, sim.tables
-    rows = [response.name == name for row in sim.scene.meets for response in row]
+    rules, k = composition_of(at.sim).rules, at.tables
+    rows = [response.name == name for row in at.sim.scene.meets for response in row]
     if rules is None or not any(rows):
         return None
     bodies = range(len(k.bodies))
@@ -274,21 +326,21 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
     clock, other bodies, the numbers of the two and their order make no difference. It changes nothing else,
     and no immovable body that meets a movable one, and the two do not go on towards each other"""
 
-    def look(sim: Simulation, answer: Answer, met: Met) -> None:
+    def look(at: Moment, answer: Answer, met: Met) -> None:
         moved = "clock.now", "bodies.anchor", "traits.touched"
-        found = _check_surroundings("respond", moved, sim, answer, met)
-        exchanged = answer(copied(sim.tables), found.exchanged()).exchanged()
-        found.check(sim, exchanged, "with the two exchanged")
-        _, heavy, old = _before(sim.tables, met.who)
+        found = _check_surroundings("respond", moved, at, answer, met)
+        exchanged = answer(copied(at.tables), found.exchanged()).exchanged()
+        found.check(at, exchanged, "with the two exchanged")
+        _, heavy, old = _before(at.tables, met.who)
         pushed = heavy & (met.who >= 0).repeat(2, axis=1) & (found.after != old)
         for a, b in met.who[pushed.any(axis=1)].tolist():
-            text = f"at time {sim.time!r} one of {a} and {b} is immovable"
+            text = f"{at.when} one of {a} and {b} is immovable"
             raise Disagreement(f"{text}, and gets another velocity")
         after = np.where(met.who.repeat(2, axis=1) < 0, 0.0, cast(Floats, found.after))
         closing = ((after[:, :2] - after[:, 2:]) * met.normal).sum(axis=1)
         most = np.where(met.who[:, 1] < 0, 0.0, ROUNDED * (abs(old) + abs(after)).sum(axis=1))
         for a, b in met.who[closing > most].tolist():
-            raise Disagreement(f"at time {sim.time!r} {a} and {b} go on towards each other after it")
+            raise Disagreement(f"{at.when} {a} and {b} go on towards each other after it")
 
     _at_some_moments(case, partial(_meetings, _response(case).name), look)
 
@@ -311,21 +363,21 @@ def _response(case: Case) -> Response:
     return response
 
 
-def _check_surroundings(hook: str, moved: tuple[str, ...], sim: Simulation, answer: Answer, met: Met) -> Met:
+def _check_surroundings(hook: str, moved: tuple[str, ...], at: Moment, answer: Answer, met: Met) -> Met:
     """Returns what a hook answers; raises where it writes to a table, but for a fault, which it may report,
     or answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
-    k = copied(sim.tables)
+    k = copied(at.tables)
     right = answer(k, met)
-    for name, was, table in zip(k._fields, sim.tables, k, strict=True):
+    for name, was, table in zip(k._fields, at.tables, k, strict=True):
         for field in fields_in(was.dtype) or [""]:
             one, two = (column(was, field), column(table, field)) if field else (was, table)
             if one.tobytes() != two.tobytes() and not field.startswith("fault"):
-                raise Disagreement(f"at time {sim.time!r} {hook} wrote {name}.{field}".rstrip("."))
+                raise Disagreement(f"{at.when} {hook} wrote {name}.{field}".rstrip("."))
     for how, tables, expected in _surroundings(k, right, moved):
-        expected.check(sim, answer(tables, expected), how)
+        expected.check(at, answer(tables, expected), how)
     turned = copied(k)._replace(**{name: getattr(k, name)[::-1].copy() for name in OF_BODIES})
     found = answer(turned, right.turned(len(k.bodies))).turned(len(k.bodies))
-    right.check(sim, found, "with the bodies numbered the other way round")
+    right.check(at, found, "with the bodies numbered the other way round")
     return right
 
 
@@ -368,17 +420,17 @@ def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Fl
     return mass, heavy, np.stack([vx, vy], axis=2).reshape(-1, 4)
 
 
-def _check_energy(sim: Simulation, answer: Answer, met: Met) -> None:
+def _check_energy(at: Moment, answer: Answer, met: Met) -> None:
     """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it."""
-    mass, heavy, old = _before(sim.tables, met.who)
+    mass, heavy, old = _before(at.tables, met.who)
     shared = np.where(heavy, old, 0.0)
     frame = np.tile(shared[:, :2] + shared[:, 2:], 2)
-    after = cast(Floats, answer(copied(sim.tables), met).after)
+    after = cast(Floats, answer(copied(at.tables), met).after)
     speeds = old - frame, np.where(heavy, old, after) - frame, np.abs(old) + np.abs(frame)
     had, has, most = (np.where(heavy, 0.0, mass * each**2).sum(axis=1) for each in speeds)
-    for at in np.flatnonzero(has > had + ROUNDED * most)[:1].tolist():
-        more = f"{has[at] / had[at] - 1.0:.3g} of energy"
-        raise Disagreement(f"at time {sim.time!r} a meeting of {met.who[at].tolist()} adds {more}")
+    for row in np.flatnonzero(has > had + ROUNDED * most)[:1].tolist():
+        more = f"{has[row] / had[row] - 1.0:.3g} of energy"
+        raise Disagreement(f"{at.when} a meeting of {met.who[row].tolist()} adds {more}")
 
 
 # Templates, as ``kernel.loop`` has them: each leaves all bodies as they were.

@@ -7,19 +7,23 @@ import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from itertools import count, groupby
+from itertools import count, groupby, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 import kinetile as kt
-from kinetile import Accelerate, Insert, Move, Remove, SetKind, Simulation
+from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Simulation
 from kinetile.errors import AuditError, KinetileError, NoRoom, TooThick
-from kinetile.instruments import Command, first_difference, relabelled, with_commands
-from kinetile.toolbox import At, Box, Link, box_gaps, reaches_of
-from kinetile_conformance.cases import RunOutcome, difference, horizon, is_living, outcome
-from kinetile_conformance.checks.check import Case, Disagreement, compare, observation
+from kinetile.instruments import INTERPRETED, Command, first_difference, relabelled, with_commands
+from kinetile.toolbox import NEVER, At, Box, Link, box_gaps, reaches_of
+from kinetile_conformance.cases import RunOutcome, Subject, difference, horizon, is_living, outcome
+from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
+from kinetile_conformance.deadline import spent
+from kinetile_conformance.strategies.bulk import of_few
+from kinetile_conformance.strategies.changes import only_bodies
 
 Look = Callable[[Simulation], Simulation | None]
 """Called at a stop; returns the simulation that goes on, None where that is the same one."""
@@ -291,6 +295,70 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
 
 STAGES = _is_commanded, _is_true, _goes_on, _is_true
 """What is done with the scenes of a check, in turn."""
+
+
+TRIES = 8
+"""How often velocities are changed by a rounding until a tie is exact."""
+
+
+@observation()
+def same_contacts_at_ties_of_its_own(case: Case) -> None:
+    """It gives the reference's contacts where a body's first certificate fails at one tick for its motion
+    along both axes, as at a corner of its cell"""
+    tied = replace(case, scene=_tied(case.subject, case.scene))
+    watch(tied, _audit, stops_for(tied, STOPS))
+
+
+def _tied(subject: Subject, scene: Scene) -> Scene:
+    """Returns a scene with velocities such that many bodies have such ties: by trial, bodies fly along one
+    axis alone, then along the other, and what fails first is made slower."""
+    velocity = np.where(scene.velocity == 0.0, 0.5 * np.abs(scene.velocity).max(initial=0.0), scene.velocity)
+    moved = np.arange(len(scene)) != np.argmax(np.hypot(*velocity.T))  # by the fastest the clock goes
+
+    def due(axis: int) -> npt.NDArray[np.int64]:
+        alone = np.where((np.arange(2) == axis) | ~moved[:, None], velocity, 0.0)
+        sim = subject.simulation(scene.replace(velocity=alone))
+        sim.build()
+        own = sim.tables.queue.own[: len(scene)]
+        return np.where(own < NEVER, own - sim.tables.clock[0].now, 0)
+
+    ticks = np.column_stack([due(0), due(1)])
+    goal, first = ticks.max(axis=1), ticks.argmin(axis=1)
+    moved_first = moved & (ticks.min(axis=1) > 0)
+    for turn, axis in product(range(TRIES), range(2)):
+        own, speed = due(axis), velocity[:, axis]
+        slower = speed * own / np.maximum(goal, 1)
+        nearly = np.nextafter(speed, np.where(own < goal, 0.0, 2.0 * speed))
+        off = moved_first & (first == axis) & (own != goal)
+        velocity[:, axis] = np.where(off, nearly if turn else slower, speed)
+    return scene.replace(velocity=velocity)
+
+
+MANY = (2_000, 8_000, 33_000)
+"""Bodies: few, so that code is loaded; some, which are timed; and more than numbers of 16 bits count."""
+
+PATIENCE = 15.0
+"""CPU seconds that so many may take, as the time of fewer says, if it grows with their square."""
+
+
+@observation(judges="broad")
+def same_contacts_among_tens_of_thousands(case: Case) -> None:
+    """Among 33,000 bodies, all but a few at rest, these meet as they do alone"""
+    if INTERPRETED:
+        raise DoesNotApply("with interpreted hooks so many bodies would take minutes")
+    for bodies in MANY:
+        scene, chosen = of_few(bodies)
+        few = outcome(case.subject.reference, only_bodies(scene, chosen), MANY[-1])
+        began, expected = spent(), few.contacts.copy()
+        found = outcome(case.subject, scene, MANY[-1])
+        for name in ("a", "b"):  # of few, they have the first numbers; walls stay
+            expected[name] = np.where(expected[name] < 0, expected[name], chosen[expected[name]])
+        whole = replace(few, contacts=expected, tables={}, positions=found.positions)
+        text = difference(replace(found, tables={}), replace(whole, velocities=found.velocities), "it")
+        if text is not None:
+            raise Disagreement(f"among {bodies:,} bodies {text}")
+        if bodies == MANY[1] and (spent() - began) * (MANY[2] / MANY[1]) ** 2 > PATIENCE:
+            raise DoesNotApply(f"for phases that run {MANY[2]:,} bodies within {PATIENCE:g} CPU s")
 
 
 @observation(feature="boxes")

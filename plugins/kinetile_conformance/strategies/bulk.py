@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kinetile import Scene
 from kinetile.instruments import SPAN, TICKS
 from kinetile_conformance.strategies.strategy import numbered
-from kinetile_conformance.strategies.swarms import slots, swarm, swarm_of
+from kinetile_conformance.strategies.swarms import slots, square, swarm, swarm_of
 from kinetile_conformance.strategies.torus import torus
 
 LATTICES = 100
@@ -131,6 +131,24 @@ def marathon(bodies: int, seed: int) -> Scene:
     velocity *= speed / np.sqrt((velocity**2).sum(axis=1).mean())
     until = float(4 * BASES * (SPAN // TICKS))
     return swarm_of(place, velocity, radius, (float(columns), float(rows)), until)
+
+
+FEW = 128
+"""Pairs that meet among many bodies."""
+
+
+def of_few(bodies: int) -> tuple[Scene, npt.NDArray[np.integer]]:
+    """Returns many bodies at rest, of which the first of some pairs flies at the second, and nobody meets
+    another; and the numbers of these."""
+    random, side = np.random.default_rng(bodies), square(bodies, 1.0)
+    place = slots(random, bodies, side, side) + random.uniform(-0.25, 0.25, (bodies, 2))
+    last = np.arange(bodies - FEW, bodies)
+    chosen, velocity = np.append(random.permutation(last[0])[:FEW], last), np.zeros((bodies, 2))
+    one, two = random.permutation(chosen).reshape(2, FEW)
+    place[two] = place[one] + [0.125, 0.0]
+    velocity[one, 0] = random.uniform(0.0625, 0.125, FEW)
+    radius = np.full(bodies, 1.0 / 64.0)
+    return swarm_of(place, velocity, radius, (float(side), float(side)), 1.5), np.sort(chosen)
 
 
 DRAWS = {

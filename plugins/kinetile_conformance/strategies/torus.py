@@ -4,11 +4,13 @@ boxes up to twenty times as long as wide, in which some fly thousands of periods
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
 from kinetile import Scene, Settings, Turn
+from kinetile.instruments import INTERPRETED
 from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
@@ -99,4 +101,22 @@ def torus(number: int) -> Scene:
     )
 
 
-DRAWS = {"small scenes on a torus": drawn(_few), "swarms on a torus": numbered(torus)}
+ROUNDS = 64 if INTERPRETED else 34_000
+"""Periods that bodies of a long flight fly, all together: numbers of 16 bits overflow."""
+
+
+def flight(number: int) -> Scene:
+    """Returns a crowd that flies many periods, and meets all the while; a grid has several rows."""
+    random, along = np.random.default_rng(number), number % 2
+    sides, until = ((5, 3), (3, 5))[along], 8.0
+    velocity = anyhow(random, 15)
+    velocity[:, along] += ROUNDS / until * 5.0 * random.choice([-1.0, 1.0])
+    more: Any = {"arena": sides, "periodic": "xy", "settings": Settings(until=until)}
+    return with_kinds(Scene(slots(random, 15, *sides), velocity, 0.4375, **more))
+
+
+DRAWS = {
+    "small scenes on a torus": drawn(_few),
+    "swarms on a torus": numbered(torus),
+    "long flights": numbered(flight),
+}
