@@ -53,14 +53,11 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.integer]
 Ticks = npt.NDArray[np.int64]
 
-ROUNDED = 2.0**-44
-"""The part of the energy, or of all speeds, that rounding may add."""
+ROUNDED, ALONE = 2.0**-44, 4
+"""The part of the energy, or of all speeds, that rounding may add; meetings tried with nobody else."""
 
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
-
-ALONE = 4
-"""Meetings of a moment that are tried without any other body."""
 
 NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
@@ -123,11 +120,9 @@ class Moment(NamedTuple):
     tables: Kernel
 
 
-SLOWER = (4, 8)
-"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to 1,024 units from now."""
-
-DRAWN, GRAZES = 4, 40
-"""How often other velocities are drawn for a moment; halvings of the depth of a graze, up to so many."""
+SLOWER, DRAWN, GRAZES = (4, 8), 4, 40
+"""Powers of 1/2 by which velocities are scaled: bodies then meet late, up to 1,024 units from now; how often
+others are drawn for a moment; halvings of the depth of a graze, up to so many."""
 
 
 def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
