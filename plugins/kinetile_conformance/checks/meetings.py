@@ -33,18 +33,7 @@ from kinetile.instruments import (
     said_tick,
     to_be_filled_in,
 )
-from kinetile.toolbox import (
-    BOTTOM,
-    LEFT,
-    NEVER,
-    NOBODY,
-    RIGHT,
-    TOP,
-    Kernel,
-    PairParts,
-    WallParts,
-    positions_now,
-)
+from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
 from kinetile_conformance.cases import GENERAL, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, watch
@@ -137,7 +126,7 @@ def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
     fast = np.hypot(sim.tables.bodies.vx, sim.tables.bodies.vy).max(initial=0.0)
     for _ in range(0 if sim.scene.bent or sim.scene.periodic or fast == 0.0 else DRAWN):
         k = copied(sim.tables)
-        place, velocity = positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
+        place, velocity = toolbox.positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
         # The first half of these just touch, or hardly overlap, one of the others as they pass.
         one, two = random.permutation(len(place) // 2 * 2).reshape(2, -1)
         apart, reach = place[two] - place[one], k.bodies.radius[one] + k.bodies.radius[two]
