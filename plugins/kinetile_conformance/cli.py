@@ -1,5 +1,5 @@
-"""The commands ``conform`` (a broad phase or a program), ``judge`` (several side by side, with a page and a JSON
-file) and ``replay`` (one check) of ``kinetile``."""
+"""The commands ``kinetile conform`` (a broad phase or a program), ``kinetile judge`` (several, side by side)
+and ``kinetile replay`` (one check)."""
 
 from __future__ import annotations
 
