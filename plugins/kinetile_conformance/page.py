@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from kinetile.instruments import escape, facts, grid, paragraph
 from kinetile_conformance.judging import BEGINNING, RUN, SCENES, Judged, Judgement
 
-STYLE = """:root { color-scheme: light dark; --edge: #d5d8dc; --good: #136f3a; --bad: #b3261e }
-@media (prefers-color-scheme: dark) { :root { --edge: #3d434a; --good: #6fcf97; --bad: #ff8a80 } }
-body { margin: 0 auto; max-width: 76rem; padding: 1rem; font: 1rem/1.45 system-ui, sans-serif }
-h1 { font-size: 1.6rem; overflow-wrap: anywhere } h2 { font-size: 1.2rem; margin: 2rem 0 0 }
-p { max-width: 60rem } tr { border-bottom: 1px solid var(--edge) }
-th, td { min-width: 5em } td:first-child { min-width: 13em }
-div td:last-child:not([style*=right]) { min-width: 16em }
-@media (max-width: 40rem) { td:first-child { min-width: 8em; overflow-wrap: anywhere } }
-td { white-space: pre-line } .good { color: var(--good); white-space: nowrap } .bad { color: var(--bad) }
-.bar { color: #6c9fca; white-space: nowrap }
-"""
+STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
 MARKS = {"✓": "good", "✗": "bad", "━": "bar"}
 """Classes of cells by the mark with which they begin: a colour is never all that is said."""

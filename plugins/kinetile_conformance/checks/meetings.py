@@ -33,18 +33,7 @@ from kinetile.instruments import (
     said_tick,
     to_be_filled_in,
 )
-from kinetile.toolbox import (
-    BOTTOM,
-    LEFT,
-    NEVER,
-    NOBODY,
-    RIGHT,
-    TOP,
-    Kernel,
-    PairParts,
-    WallParts,
-    positions_now,
-)
+from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
 from kinetile_conformance.cases import GENERAL, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, watch
@@ -53,14 +42,11 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.integer]
 Ticks = npt.NDArray[np.int64]
 
-ROUNDED = 2.0**-44
-"""The part of the energy, or of all speeds, that rounding may add."""
+ROUNDED, ALONE = 2.0**-44, 4
+"""The part of the energy, or of all speeds, that rounding may add; meetings tried with nobody else."""
 
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
-
-ALONE = 4
-"""Meetings of a moment that are tried without any other body."""
 
 NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
@@ -123,11 +109,9 @@ class Moment(NamedTuple):
     tables: Kernel
 
 
-SLOWER = (4, 8)
-"""By which powers of 1/2 velocities are scaled: bodies then meet late, up to 1,024 units from now."""
-
-DRAWN, GRAZES = 4, 40
-"""How often other velocities are drawn for a moment; halvings of the depth of a graze, up to so many."""
+SLOWER, DRAWN, GRAZES = (4, 8), 4, 40
+"""Powers of 1/2 by which velocities are scaled: bodies then meet late, up to 1,024 units from now; how often
+others are drawn for a moment; halvings of the depth of a graze, up to so many."""
 
 
 def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
@@ -142,7 +126,7 @@ def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
     fast = np.hypot(sim.tables.bodies.vx, sim.tables.bodies.vy).max(initial=0.0)
     for _ in range(0 if sim.scene.bent or sim.scene.periodic or fast == 0.0 else DRAWN):
         k = copied(sim.tables)
-        place, velocity = positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
+        place, velocity = toolbox.positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
         # The first half of these just touch, or hardly overlap, one of the others as they pass.
         one, two = random.permutation(len(place) // 2 * 2).reshape(2, -1)
         apart, reach = place[two] - place[one], k.bodies.radius[one] + k.bodies.radius[two]

@@ -55,17 +55,11 @@ def _shaped(
     if not obstacles:
         mass[1] = math.inf
         velocity[1] *= draw(st.sampled_from([0.0, 0.0, 1.0]))
-    return Scene(
-        position=[*scene.position.tolist(), *((x, y) for x, y, _ in obstacles)],
-        velocity=[*velocity.tolist(), *[(0.0, 0.0)] * len(obstacles)],
-        mass=[*mass.tolist(), *[math.inf] * len(obstacles)],
-        shape=[table.index(shape) for shape in of_each],
-        shapes=table,
-        arena=scene.arena,
-        periodic=scene.periodic,
-        turns=scene.turns,
-        settings=scene.settings,
-    )
+    added = len(obstacles)
+    place = [*scene.position.tolist(), *((x, y) for x, y, _ in obstacles)]
+    flies, heavy = [*velocity.tolist(), *[(0.0, 0.0)] * added], [*mass.tolist(), *[math.inf] * added]
+    of_body = {"shape": [table.index(shape) for shape in of_each], "kind": [0] * len(of_each)}
+    return scene.replace(position=place, velocity=flies, mass=heavy, shapes=table, **of_body)
 
 
 @st.composite

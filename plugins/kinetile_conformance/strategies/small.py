@@ -34,19 +34,19 @@ def _turns(draw: st.DrawFn, vertical: bool) -> list[tuple[float, tuple[float, fl
     return [(i / 4, (draw(speeds), draw(speeds) if vertical else 0.0)) for i in sorted(moments)]
 
 
+def _body(place: Any, position: Any, velocity: Any, radius: float, turns: Any = ()) -> Body:
+    return {"place": place, "position": position, "velocity": velocity, "radius": radius, "turns": turns}
+
+
 @st.composite
 def body_in_cell(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
     """A body in a cell of a unit lattice, no larger than the cell."""
     x, y = draw(st.integers(0, columns - 1)), draw(st.integers(0, rows - 1))
     radius = draw(st.sampled_from([0.5, 0.25, 0.125]))
     aside = st.sampled_from([0.0, 0.5 - radius, radius - 0.5])
-    return {
-        "place": (x, y),
-        "position": (x + 0.5 + draw(aside), y + 0.5 + (draw(aside) if rows > 1 else 0.0)),
-        "velocity": (draw(speeds), draw(speeds) if rows > 1 else 0.0),
-        "radius": radius,
-        "turns": draw(_turns(rows > 1)) if turns else [],
-    }
+    position = x + 0.5 + draw(aside), y + 0.5 + (draw(aside) if rows > 1 else 0.0)
+    velocity = draw(speeds), draw(speeds) if rows > 1 else 0.0
+    return _body((x, y), position, velocity, radius, draw(_turns(rows > 1)) if turns else [])
 
 
 def several(body: st.SearchStrategy[Body], most: int, least: int = FEWEST) -> st.SearchStrategy[list[Body]]:
@@ -90,13 +90,9 @@ def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
     x, y = draw(st.integers(0, columns - 1)), draw(st.integers(0, rows - 1))
     radius = draw(st.sampled_from([0.5, 0.5, 0.5, 0.25]))
     aside = draw(st.sampled_from([0.5 - radius, radius - 0.5]))
-    return {
-        "place": (x, y),
-        "position": (x + 0.5 + aside, y + 0.5 + draw(st.sampled_from([0.0, aside]))),
-        "velocity": (draw(st.sampled_from([0.0, 0.0, 0.0, 0.5])), draw(speeds)),
-        "radius": radius,
-        "turns": draw(_turns(True)) if turns else [],
-    }
+    position = x + 0.5 + aside, y + 0.5 + draw(st.sampled_from([0.0, aside]))
+    velocity = draw(st.sampled_from([0.0, 0.0, 0.0, 0.5])), draw(speeds)
+    return _body((x, y), position, velocity, radius, draw(_turns(True)) if turns else [])
 
 
 @st.composite
@@ -131,12 +127,8 @@ def grazing_scenes(draw: st.DrawFn) -> Scene:
 def _small_body(draw: st.DrawFn, ratio: float) -> Body:
     """A body at most 1/ratio large, in a row along the bottom."""
     place = draw(st.integers(0, 7))
-    return {
-        "place": place,
-        "position": (0.25 + place / 2, 0.5),
-        "velocity": (draw(speeds), draw(speeds)),
-        "radius": draw(st.sampled_from([1.0 / ratio, 0.5 / ratio])),
-    }
+    velocity = draw(speeds), draw(speeds)
+    return _body(place, (0.25 + place / 2, 0.5), velocity, draw(st.sampled_from([1.0 / ratio, 0.5 / ratio])))
 
 
 @st.composite
@@ -158,12 +150,8 @@ def _wide_body(draw: st.DrawFn, far: float) -> Body:
     x, y = 4.0 * column + draw(st.floats(-0.9, 0.9)), draw(st.floats(-20.0, 20.0))
     moment = draw(st.floats(0.125, 4.0))
     aim = draw(st.floats(11.0, 13.0)), draw(st.floats(-1.0, 1.0))
-    return {
-        "place": column,
-        "position": (far + x, far + y),
-        "velocity": ((aim[0] - x) / moment, (aim[1] - y) / moment),
-        "radius": draw(st.floats(1e-3, 1.0)),
-    }
+    velocity = (aim[0] - x) / moment, (aim[1] - y) / moment
+    return _body(column, (far + x, far + y), velocity, draw(st.floats(1e-3, 1.0)))
 
 
 @st.composite

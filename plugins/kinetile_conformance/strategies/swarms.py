@@ -81,14 +81,20 @@ def back_and_forth(velocity: Floats, moments: tuple[float, ...]) -> list[Turn]:
     ]
 
 
+def at_random(
+    random: np.random.Generator, bodies: int, variation: int, room: float
+) -> tuple[int, Floats, Floats]:
+    """Returns the side of a square, and radii and places in it."""
+    side, radius = square(bodies, room), radii(random, bodies, variation)
+    return side, radius, slots(random, bodies, side, side) + jitter(random, radius)
+
+
 # Kinds in an arena.
 
 
 def gas(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Bodies of one or several sizes in a square."""
-    side = square(bodies, 1.2)
-    radius = radii(random, bodies, variation)
-    place = slots(random, bodies, side, side) + jitter(random, radius)
+    side, radius, place = at_random(random, bodies, variation, 1.2)
     return swarm_of(place, anyhow(random, bodies), radius, (float(side), float(side)), 40.0)
 
 
@@ -133,10 +139,8 @@ def resting(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 def burst(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """All in the middle: off at one moment in all directions, or a gas in a few cells of a grid."""
-    side = square(bodies, 1.2)
-    radius = radii(random, bodies, variation)
-    inside = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
-    wide = 3.0 * side
+    side, radius, place = at_random(random, bodies, variation, 1.2)
+    inside, wide = place - side / 2.0, 3.0 * side
     velocity = anyhow(random, bodies) if variation & 2 else inside * (2.0, 8.0)[variation & 1]
     return swarm_of(inside + wide / 2.0, velocity, radius, (wide, wide), 8.0)
 
@@ -155,9 +159,8 @@ def crossings(random: np.random.Generator, bodies: int, variation: int) -> Scene
 
 def cloud(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Without an arena, about the origin: bodies that fly together, or anywhere, and back."""
-    side = square(bodies, 1.5)
-    radius = radii(random, bodies, variation)
-    place = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
+    side, radius, place = at_random(random, bodies, variation, 1.5)
+    place -= side / 2.0
     velocity = -place * random.uniform(0.8, 1.2, (bodies, 1)) + 0.1 * anyhow(random, bodies)
     if random.random() < 0.5:
         velocity = anyhow(random, bodies)
@@ -175,9 +178,8 @@ def far(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 def returning(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Without an arena: bodies leave for far away, and come back."""
-    side = square(bodies, 1.5)
-    radius = radii(random, bodies, variation)
-    place = slots(random, bodies, side, side) + jitter(random, radius) - side / 2.0
+    side, radius, place = at_random(random, bodies, variation, 1.5)
+    place -= side / 2.0
     velocity = place * (2.0, 16.0)[variation & 1]
     # At 4 they are where they began, and fly on through each other's midst.
     return swarm_of(place, velocity, radius, None, 7.0, back_and_forth(velocity, (2.0, 5.0)))
