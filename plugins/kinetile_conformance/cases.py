@@ -54,9 +54,11 @@ LIVE_REFERENCE = "_naive-live"
 """The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel rebuilds a phase
 for each command, which takes 2 ms; a living scene has hundreds of commands."""
 
-CONTACTS, UNTIL = 150, 8.0
-"""The limit of contacts of a run of few bodies (of one in pieces, of each piece); its length in time units,
-where a scene has no end."""
+CONTACTS = 150
+"""The limit of contacts of a run of few bodies (of one in pieces, of each piece)."""
+
+UNTIL = 8.0
+"""The length of a case, in time units, where its scene has no end."""
 
 GENERAL = {"general": True}
 """Options of ``disc`` and ``wall``: without them each has other parts, and a phase a loop for each."""

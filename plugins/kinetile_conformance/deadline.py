@@ -15,9 +15,11 @@ from kinetile.instruments import INTERPRETED, compiling_seconds, end_after, limi
 SECONDS = 600.0 if INTERPRETED else 60.0
 """CPU seconds that a check of a hundred scenes may take, without compiling."""
 
-SCENE_SECONDS, LONGER = 300.0 if INTERPRETED else 20.0, 4.0
-"""CPU seconds that a check may take for one simulation of a scene, of which most take a hundredth; and how
-much longer when it is tried again: a slow phase then comes to an end, a loop does not."""
+SCENE_SECONDS = 300.0 if INTERPRETED else 20.0
+"""CPU seconds that a check may take for one simulation of a scene, of which most take a hundredth."""
+
+LONGER = 4.0
+"""How much longer it may take when it is tried again: a slow phase then comes to an end, a loop does not."""
 
 
 class TimeIsUp(BaseException):

@@ -61,8 +61,11 @@ class Drawing:
 
 Integers = npt.NDArray[np.int64]
 
-FAMILIAR, HALVINGS = 2, 30
-"""The fewest bodies that minimising leaves: one alone meets no other; halvings of the length at most."""
+FAMILIAR = 2
+"""The fewest bodies that minimising leaves: one alone meets no other."""
+
+HALVINGS = 30
+"""How often the length of the run is halved at most."""
 
 DIGITS = (0, 1, 2, 3, 4, 6, 8, 10, 13, 17, 21, 26, 32)
 """Binary digits after the point to which numbers are rounded, the fewest first."""

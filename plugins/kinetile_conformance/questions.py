@@ -38,9 +38,11 @@ from kinetile_conformance.strategies.shapes import scaled
 SHORTENINGS, MOMENTS = 20, 12
 """How often a scene with too many contacts is shortened; moments of a scene at which pairs are asked."""
 
-FORESEEN, GROWTH = 1000.0, (1.0, 2.0)
-"""Time units of a cast at most: a contact is foreseen up to 1,024 after the later anchor; how many times as
-large a body is in a case: those that are twice as large overlap."""
+FORESEEN = 1000.0
+"""Time units of a cast at most: a contact is foreseen up to 1,024 after the later anchor."""
+
+GROWTH = (1.0, 2.0)
+"""How many times as large a body is in a case: those that are twice as large overlap."""
 
 DISTURBED, CASTS, FAR = 1000.0, 20, 2
 """Which part of the distance a disturbance has; pairs of a scene that are cast, and those that are far."""

@@ -267,8 +267,8 @@ def _read_names(given: Given, bodies: int, mistakes: list[Mistake]) -> tuple[str
     """Returns the name of each body, or () if none has one; obstacles come after those that are named."""
     several = isinstance(given.names, Sequence) and not isinstance(given.names, str)
     names = list(given.names) if several else []
-    given_none = given.names is None or (several and not names)
-    if not given_none and len(names) + len(given.obstacles) != bodies:
+    unnamed = given.names is None or (several and not names)
+    if not unnamed and len(names) + len(given.obstacles) != bodies:
         mistakes.append(Mistake("names", shown(given.names), f"one for each of the {bodies} bodies, or None"))
         return ()
     some = any(name is not None for name in names)

@@ -27,9 +27,14 @@ from kinetile_conformance.strategies.bulk import lattices, marathon
 from kinetile_conformance.strategies.changes import viewed
 from kinetile_conformance.strategies.swarms import anyhow, jitter, slots, swarm, swarm_of
 
-FINEST, EDGES, THICK = 45, 6, 2.0**-44
-"""Halvings of a scene within its arena: then its bodies are no larger than the rounding of their places;
-scenes at the limit of the skin; the size of a cluster whose skin is some six times the radius of a body."""
+FINEST = 45
+"""Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
+
+THICK = 2.0**-44
+"""The size of a cluster at which the skin is some six times the radius of a body."""
+
+EDGES = 6
+"""Scenes at the limit of the skin."""
 
 
 def _cluster(seed: int, size: float) -> Scene:

@@ -42,8 +42,11 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.integer]
 Ticks = npt.NDArray[np.int64]
 
-ROUNDED, ALONE = 2.0**-44, 4
-"""The part of the energy, or of all speeds, that rounding may add; meetings tried with nobody else."""
+ROUNDED = 2.0**-44
+"""The part of the energy, or of all speeds, that rounding may add."""
+
+ALONE = 4
+"""Meetings of a moment that are tried without any other body."""
 
 LATER = 2**44 + 977
 """Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
@@ -109,9 +112,14 @@ class Moment(NamedTuple):
     tables: Kernel
 
 
-SLOWER, DRAWN, GRAZES = (4, 8), 4, 40
-"""Powers of 1/2 by which velocities are scaled: bodies then meet late, up to 1,024 units from now; how often
-others are drawn for a moment; halvings of the depth of a graze, up to so many."""
+SLOWER = (4, 8)
+"""Powers of 1/2 by which velocities are scaled: bodies then meet late, up to 1,024 units from now."""
+
+DRAWN = 4
+"""How often other velocities are drawn for a moment."""
+
+GRAZES = 40
+"""The most halvings of the depth of a graze."""
 
 
 def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:

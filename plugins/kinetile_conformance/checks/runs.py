@@ -28,13 +28,18 @@ from kinetile_conformance.strategies.changes import only_bodies
 Look = Callable[[Simulation], Simulation | None]
 """Called at a stop; returns the simulation that goes on, None where that is the same one."""
 
-STOPS, EVERY = 16, 4
-"""Stops of a run of few bodies: what takes O(n^2) at each is done less often with many (``stops_for``); stops
-from one to the next at which what takes long is looked at."""
+STOPS = 16
+"""Stops of a run of few bodies. What takes O(n^2) at each is done less often with many (``stops_for``)."""
 
-STEPS, FEW, BY_HAND = 60, 8, 21
-"""Events of few bodies after each of which a run stops; how many are few; commands given by hand after which
-something is done."""
+EVERY = 4
+"""Moments from one to the next at which what takes long is looked at."""
+
+STEPS = 60
+"""Events of few bodies after each of which a run stops."""
+
+FEW = 8
+BY_HAND = 21
+"""Commands after which something is done, of those that are given by hand."""
 
 
 def stops_for(case: Case, most: int) -> int:
@@ -329,9 +334,11 @@ def _tied(subject: Subject, scene: Scene) -> Scene:
     return scene.replace(velocity=velocity)
 
 
-MANY, PATIENCE = (2_000, 8_000, 33_000), 15.0
-"""Bodies: few, so that code is loaded; some, which are timed; and more than numbers of 16 bits count. CPU
-seconds that so many may take, as the time of fewer says, if it grows with their square."""
+MANY = (2_000, 8_000, 33_000)
+"""Bodies: few, so that code is loaded; some, which are timed; and more than numbers of 16 bits count."""
+
+PATIENCE = 15.0
+"""CPU seconds that the last may take, as the time of those before says, if it grows with their square."""
 
 
 @observation(judges="broad")

@@ -38,15 +38,23 @@ try:
 except ImportError:  # Windows has none
     resource = None  # type: ignore[assignment]
 
-SIMULATIONS, LOOKS = 30, 40
-"""Simulations between two looks at the memory; looks by which it has ceased to grow: caches are full."""
+SIMULATIONS = 30
+"""Simulations between two looks at the memory that is taken."""
 
-GROWTH, MOST = 16 * 1024, 64 * 2**20
-"""Bytes a simulation by which memory may grow, and in all."""
+LOOKS = 40
+"""Looks within which memory must have ceased to grow: a cache may be full by then."""
 
-FILES, ROOM = 1_100, 64
-"""Files that the process has open while a phase runs: ``select`` takes no number above 1,023; and how many it
-may open beside them, where the system sets a limit."""
+GROWTH = 16 * 1024
+"""Bytes a simulation by which memory may grow."""
+
+MOST = 64 * 2**20
+"""Bytes by which it may grow in all."""
+
+FILES = 1_100
+"""Files that the process has open while a phase runs: ``select`` takes no number above 1,023."""
+
+ROOM = 64
+"""Files that it may open beside them, where the system sets a limit."""
 
 AT_FIRST = dict(os.environ)
 """The environment before a phase is loaded."""

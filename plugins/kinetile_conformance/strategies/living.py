@@ -36,14 +36,20 @@ STEPS, MANY_STEPS = 50, 200
 BATCH, RARE = 10, 5
 """Starts of scenes that are drawn in one go; one scene in this number is rare."""
 
-BURSTS, CONTACTS = (8, 12) if INTERPRETED else (64, 200), 40
-"""Bodies of a burst; contacts in each piece of a run between two commands."""
+BURSTS = (8, 12) if INTERPRETED else (64, 200)
+"""Bodies of a burst."""
+
+CONTACTS = 40
+"""Contacts in each piece of a run between two commands."""
 
 FEWEST, MOST = 3, 300
 """Bodies at the start of a large scene."""
 
-SIZES, LEVELS = ("crowd", "giants"), 12 if INTERPRETED else 48
-"""Kinds of swarms for which a grid has levels, if there are that many bodies; they are drawn more often."""
+SIZES = ("crowd", "giants")
+"""Kinds of swarms for which a grid has levels,"""
+
+LEVELS = 12 if INTERPRETED else 48
+"""if there are that many bodies; they are drawn more often."""
 
 
 def _of_kinds(number: int) -> Scene:
