@@ -416,6 +416,14 @@ def bent_parting(plans: BentPlans, radius: float, radius2: float, since: int) ->
     return int(bent_closely(plans, radius, radius2, -1, 0, 0, since))
 
 
+@hook
+def has_room(sizes: float, slope: float, pull: float, tick: float) -> bool:
+    """Whether the bounds for a gap in doubles hold: no number is too large, or too small and not zero."""
+    slow = abs(slope) < SMALL and slope != 0.0
+    weak = abs(pull) < SMALL and pull != 0.0
+    return bool(sizes + (abs(slope) + abs(pull)) < LARGE and not (slow or weak) and tick > 2.0**-100)
+
+
 @apart
 def bent_wall(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, per_time: float
@@ -423,10 +431,8 @@ def bent_wall(
     """Return after how many ticks a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens at
     the speed ``slope``, by ``pull`` faster after a unit of time."""
     sizes = abs(far) + abs(near) + abs(radius)
-    slow = abs(slope) < SMALL and slope != 0.0
-    weak = abs(pull) < SMALL and pull != 0.0
     guess = 0
-    if sizes + (abs(slope) + abs(pull)) < LARGE and not (slow or weak) and tick > 2.0**-100:
+    if has_room(sizes, slope, pull, tick):
         if pull >= 0.0 and slope >= 0.0:
             return NEVER
         d, low = plus(far, -near)

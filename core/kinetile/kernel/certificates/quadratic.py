@@ -9,14 +9,13 @@ there (``bent``); and wherever rule W holds, G(n + 1) < 0. So the tick is the fi
 rule W holds. ``bent_wall`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was below
 zero and is not so any more: then it is convex and rises, and stays above.
 
-A value in doubles is off by 2^-100 of its size where ``bent_wall`` has room; else whole numbers decide.
+A value in doubles is off by 2^-100 of its size where doubles have room (``has_room``); else whole numbers decide.
 """
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates.bent import Way, bent_wall, place_at, time_of
+from kinetile.kernel.certificates.bent import Way, bent_wall, has_room, place_at, time_of
 from kinetile.kernel.certificates.bent_integers import way_sign_by_integers
-from kinetile.kernel.certificates.contact import LARGE, SMALL
 from kinetile.kernel.compiled import apart, hook
 from kinetile.kernel.tables import NEVER, Kernel
 
@@ -25,10 +24,8 @@ from kinetile.kernel.tables import NEVER, Kernel
 def first_below(gap: float, rate: float, bend: float, start: int, tick: float, per_time: float) -> int:
     """Return the first count of ticks, from ``start`` (0 to 2^62 - 1) on, at whose end G is below zero;
     ``NEVER`` if that is not before 2^62, or a number is not finite."""
-    slow = abs(rate) < SMALL and rate != 0.0
-    weak = abs(bend) < SMALL and bend != 0.0
     below = known = False
-    if abs(gap) + (abs(rate) + abs(bend)) < LARGE and not (slow or weak) and tick > 2.0**-100:
+    if has_room(abs(gap), rate, bend, tick):
         t, rest = time_of(start + 1, tick)
         value, _, size = place_at(Way(gap, 0.0, rate, 0.0, bend, 0.0, abs(gap), abs(rate)), t, rest)
         below = value < 0.0
