@@ -9,7 +9,7 @@ there (``bent``); and wherever rule W holds, G(n + 1) < 0. So the tick is the fi
 rule W holds. ``bent_wall`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was below
 zero and is not so any more: then it is convex and rises, and stays above.
 
-A value in doubles is off by 2^-100 of its size where doubles have room (``has_room``); else whole numbers decide.
+A value in doubles is off by 2^-100 of its size where there is room (``has_room``); else whole numbers decide.
 """
 
 from __future__ import annotations
