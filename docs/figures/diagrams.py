@@ -29,7 +29,9 @@ SERIES = {
     "cells": ("#00795A", "#2FC79B", "", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z"),
     "sap-1d": ("#0072B2", "#56B4E9", "10 4", "M0-5L5 4H-5z"),
     "sap-2d": ("#666666", "#A8A8A8", "2 3", "M0 5L5-4H-5z"),
+    "sap-k": ("#5A3FC0", "#A994F5", "6 2", "M-1.5-5h3v3.5h3.5v3h-3.5v3.5h-3v-3.5h-3.5v-3h3.5z"),
     "sweep-tiling": ("#B84A00", "#F08A40", "10 3 2 3", "M0-5.5L5.5 0L0 5.5L-5.5 0z"),
+    "power": ("#7A5C00", "#E0B93D", "14 3", "M-5 0L-2.5-4.5H2.5L5 0L2.5 4.5H-2.5z"),
 }
 """Of each phase in a chart its colours on light and on dark, its dashes and its marker."""
 

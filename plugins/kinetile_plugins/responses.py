@@ -99,7 +99,8 @@ class Restitution:
     def __init__(self, e: float, contact_time: float | None = None, settle: float | None = None) -> None:
         if not is_finite(e) or not 0.0 < e <= 1.0:
             raise BadOption(
-                f"restitution: e is {e!r}; expected a number above 0 and at most 1 (stop: to rest)"
+                f"restitution: e is {e!r}; expected a number above 0 and at most 1 (to rest: stop, or settle "
+                "among accelerated bodies; to gain speed: a response of your own)"
             )
         if contact_time is not None and (not is_finite(contact_time) or contact_time < 0.0):
             raise BadOption(f"restitution: contact_time is {contact_time!r}; expected a length of time")

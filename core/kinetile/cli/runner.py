@@ -19,7 +19,7 @@ from kinetile.cli.files import file_errors
 from kinetile.cli.observed import observed_table, write_observed
 from kinetile.cli.output import as_json, scene_summary, show, show_labels
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, echo, make_ready, notice
-from kinetile.errors import BadOption, RecordError
+from kinetile.errors import BadOption, RecordError, Refused
 from kinetile.plugin.choices import called
 from kinetile.targets import write_file
 
@@ -132,7 +132,9 @@ def _carry_out(
         except KeyboardInterrupt:
             number = signals.number or signal.SIGINT
             return RunEnd("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{saved}")
-        except FAULTS as error:
+        except (*FAULTS, Refused) as error:
+            if isinstance(error, Refused) and simulation.time == simulation.scene.start:
+                raise  # the scene, and not a command on the way
             return RunEnd(f"fault: {type(error).__name__}", FAULT, str(error))
     return RunEnd("complete")
 

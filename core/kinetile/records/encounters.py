@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.flights import Flights
+from kinetile.scene.checks import demand
 
 ENCOUNTER = np.dtype(
     [(name, "i8") for name in ("a", "b", "mx", "my")]
@@ -32,50 +33,58 @@ Vector = NDArray[np.float64]
 def encounters(trajectory: Trajectory) -> NDArray[np.void]:
     """Returns the passings of a run (dtype ``ENCOUNTER``), in the order of their begins. A distance is that
     of places: two discs are at most the sum of their radii apart."""
+    demand(Trajectory, trajectory, "encounters")
     rows, now = trajectory.rows, dict[tuple[int, int], list[_Encounter]]()
     found, places = list[_Encounter](), _Places(trajectory)
-    met = rows[(rows["b"] >= 0) & np.isnan(rows["ax"])]
-    for a, b, time in met[["a", "b", "time"]].tolist():
+    for row in np.flatnonzero((rows["b"] >= 0) & np.isnan(rows["ax"])).tolist():
+        a, b = rows[["a", "b"]][row].tolist()
         several = now.setdefault((min(a, b), max(a, b)), [])
         if a < b:
-            found.append(_Encounter(places, a, b, time, [each.image for each in several]))
+            found.append(_Encounter(places, a, b, row, [each.image for each in several]))
             several.append(found[-1])
         else:  # what parts through one image is nearer through the others
-            ended = max(several, key=lambda each: each.distance(time))
-            ended.end = time
+            ended = max(several, key=lambda each: each.distance(row))
+            ended.end = row
             several.remove(ended)
     return np.array([each.row for each in found], dtype=ENCOUNTER)
 
 
 class _Places:
-    """Where bodies are, seen from one another, and when their plans change."""
+    """Where bodies are, seen from one another, and in which rows their plans change: the time of a row is
+    rounded, and may be before its event."""
 
     def __init__(self, trajectory: Trajectory) -> None:
         self.trajectory, self.periods = trajectory, np.array(trajectory.scene.periods)
         flights = Flights.of(trajectory.rows)
-        self._body = flights.body[flights.by_body]
-        self._time = trajectory.rows["time"][flights.row[flights.by_body]]
+        self._body, self._row = flights.body[flights.by_body], flights.row[flights.by_body]
 
-    def changes(self, body: int, begin: float, end: float) -> list[float]:
-        """Returns the times of a body's new plans between two times."""
+    def changes(self, body: int, begin: int, end: int) -> list[int]:
+        """Returns the rows of a body's new plans between two rows."""
         first, last = np.searchsorted(self._body, [body, body + 1])
-        times = self._time[first:last]
-        return [*times[(times > begin) & (times < end)].tolist()]
+        rows = self._row[first:last]
+        return [*rows[(rows > begin) & (rows < end)].tolist()]
 
-    def apart(self, a: int, b: int, time: float) -> Plan | BentPlan:
-        """Returns the plan of b seen from a, from a time on, without the periods of periodic axes."""
-        plans = self.trajectory.flight_plans(time)
-        two = np.searchsorted(plans.bodies, [a, b])
-        place = np.diff(plans.places[two] + plans.images[two] * self.periods, axis=0)[0]
-        velocity = np.diff(velocities_after(plans.plan, plans.elapsed)[two], axis=0)[0]
-        return BentPlan(*place, *velocity, *np.diff(plans.acceleration[two], axis=0)[0])
+    def time(self, row: int) -> float:
+        """Returns the time of a row; after the last one, the end of the run."""
+        rows = self.trajectory.rows
+        return float(rows["time"][row]) if row < len(rows) else self.trajectory.end
+
+    def apart(self, a: int, b: int, row: int) -> Plan | BentPlan:
+        """Returns the plan of b seen from a, from a row on, without the periods of periodic axes."""
+        plans = self.trajectory.plans_after(row, (a, b))
+        place = np.diff(plans.places + plans.images * self.periods, axis=0)[0]
+        velocity = np.diff(velocities_after(plans.plan, plans.elapsed), axis=0)[0]
+        return BentPlan(*place, *velocity, *np.diff(plans.acceleration, axis=0)[0])
 
 
 class _Encounter:
-    """Two bodies that pass, from ``begin`` on: through the nearest image through which they do not yet."""
+    """Two bodies that pass, from the row ``begin`` on, to the row ``end`` if they part: through the nearest
+    image through which they do not yet."""
 
-    def __init__(self, places: _Places, a: int, b: int, begin: float, taken: list[Any]) -> None:
-        self._places, self.a, self.b, self.begin, self.end = places, a, b, begin, math.nan
+    end: int | None = None
+
+    def __init__(self, places: _Places, a: int, b: int, begin: int, taken: list[Any]) -> None:
+        self._places, self.a, self.b, self.begin = places, a, b, begin
         plan = places.apart(a, b, begin)
         ways = [
             [0] if period == 0.0 else [round(-at / period) + k for k in (-1, 0, 1)]
@@ -88,22 +97,24 @@ class _Encounter:
         x, y = np.array(image) * self._places.periods
         return plan._replace(x=plan.x + x, y=plan.y + y)
 
-    def distance(self, time: float) -> float:
-        """Returns how far they are apart at a time."""
-        return math.hypot(*self._through(self._places.apart(self.a, self.b, time), self.image)[:2])
+    def distance(self, row: int) -> float:
+        """Returns how far they are apart right after a row."""
+        return math.hypot(*self._through(self._places.apart(self.a, self.b, row), self.image)[:2])
 
     @property
     def row(self) -> tuple[Any, ...]:
         """What ``ENCOUNTER`` has of it."""
-        end = self._places.trajectory.end if math.isnan(self.end) else self.end
-        changes = (time for body in (self.a, self.b) for time in self._places.changes(body, self.begin, end))
-        times = [self.begin, *sorted(changes), end]
-        closest = min(self._closest(*piece) for piece in pairwise(times))
-        return self.a, self.b, *self.image, self.begin, self.end, self.end - self.begin, *closest
+        places = self._places
+        last = len(places.trajectory.rows) if self.end is None else self.end
+        changes = (row for body in (self.a, self.b) for row in places.changes(body, self.begin, last))
+        closest = min(self._closest(*piece) for piece in pairwise([self.begin, *sorted(changes), last]))
+        begin, end = places.time(self.begin), math.nan if self.end is None else places.time(last)
+        return self.a, self.b, *self.image, begin, end, end - begin, *closest
 
-    def _closest(self, begin: float, end: float) -> tuple[float, float]:
-        """Returns the smallest distance in a piece, and when it is."""
-        plan = self._through(self._places.apart(self.a, self.b, begin), self.image)
+    def _closest(self, first: int, last: int) -> tuple[float, float]:
+        """Returns the smallest distance between two rows, and when it is."""
+        begin, end = self._places.time(first), self._places.time(last)
+        plan = self._through(self._places.apart(self.a, self.b, first), self.image)
         place, flies, pull = (np.array(plan[at : at + 2]) for at in (0, 2, 4))
         # Half the derivative of the square of |place + flies t + pull t^2/2|.
         derivative = [0.5 * pull @ pull, 1.5 * flies @ pull, flies @ flies + place @ pull, place @ flies]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -145,7 +146,7 @@ class Trajectory:
         since = np.where(first, 0.0, time[flights.before])
         came, moved = rows["b"] == INSERTED, rows["b"] == MOVED  # it does not exist before, or was elsewhere
         begins, flies = place.copy(), np.zeros_like(place)
-        starts = ~came & first & (body < len(self.scene))
+        starts = ~came & ~moved & first & (body < len(self.scene))
         begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
         coming = {each.body: each.position for each in self.scene.commands if isinstance(each, Insert)}
         for k in np.flatnonzero(came).tolist():
@@ -192,26 +193,35 @@ class Trajectory:
         epoch, tick = divmod(now, TICKS)
         first, last = np.searchsorted(self.rows["epoch"], [epoch, epoch + 1])
         done = int(first + np.searchsorted(self.rows["tick"][first:last], tick, side="right"))
-        bodies, n = np.arange(self._numbers, dtype=np.int64), len(self.scene)
+        return self._plans(np.arange(self._numbers, dtype=np.int64), done, now)
+
+    def plans_after(self, row: int, bodies: Sequence[int]) -> PlansAt:
+        """Returns the plans of some bodies right after a row of ``rows``, at its exact time."""
+        (now,) = ticks_of(self.rows[row : row + 1]).tolist()
+        return self._plans(np.array(bodies, dtype=np.int64), row + 1, now)
+
+    def _plans(self, bodies: NDArray[np.int64], done: int, now: int) -> PlansAt:
+        """Returns the plans of those of some bodies that there are at a tick, after so many rows."""
+        begun, n = bodies < len(self.scene), len(bodies)
         index = np.searchsorted(self._keys, bodies * self._span + done) - 1
-        moved = bodies[index >= 0]
-        moved = moved[self._keys[index[moved]] // self._span == moved]
-        anchor, velocity, images = np.zeros((3, self._numbers, 2))
-        anchor[:n] = nearest_image(self.scene.position, self.scene.periods)
-        velocity[:n] = self.scene.velocity
+        moved = np.flatnonzero(index >= 0)
+        moved = moved[self._keys[index[moved]] // self._span == bodies[moved]]
+        place, own = nearest_image(self.scene.position, self.scene.periods), bodies[begun]
+        anchor, velocity, images = np.zeros((3, n, 2))
+        anchor[begun], velocity[begun] = place[own], self.scene.velocity[own]
         begin, later = self._accelerations
         flights, which = self._flights, self._flights.by_body[index[moved]]
         anchor[moved] = flights.value("x", "y", which=which)
         velocity[moved] = flights.value("vx", "vy", which=which)
-        acceleration = begin.copy()
+        acceleration = begin[bodies]
         acceleration[moved] = later[which]
         if self.scene.periodic:
-            images[:n] = whole_periods(self.scene.position - anchor[:n], self.scene.periods)
+            images[begun] = whole_periods(self.scene.position - place, self.scene.periods)[own]
             images[moved] = self._images[which]
         rows = self.rows[flights.row[which]]
-        ticks = np.full(self._numbers, now, dtype=object)
+        ticks = np.full(n, now, dtype=object)
         ticks[moved] -= ticks_of(rows)
-        there = bodies < n
+        there = begun.copy()
         there[moved] = rows["b"] != REMOVED
         elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
         plan = self._plan(anchor[there], velocity[there], acceleration[there])

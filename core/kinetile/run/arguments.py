@@ -174,6 +174,7 @@ def read_end(
     max_events: int | None = None,
 ) -> End:
     """Returns the requested end, exact if it is the scene's own; ValueError for an invalid or past one."""
+    given = until
     if until is None:
         until = scene.settings.until
     if until is None and max_contacts is None and max_events is None:
@@ -197,7 +198,8 @@ def read_end(
     else:
         ticks = engine.clock.total(engine.now) if until == engine.time else engine.clock.ticks(until)
     if engine.clock.relative(ticks) < engine.now:
-        raise ValueError(f"until={until} lies in the past: the time is {engine.time}")
+        own = "" if given is not None else ", and is the scene's own end: give another by until="
+        raise ValueError(f"until={until} lies in the past{own}; the time is {engine.time}")
     return End(until, ticks, quota, contacts, events)
 
 
@@ -209,7 +211,8 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
     try:
         number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
     except TypeError:
-        raise TypeError(f"a body goes by its number; found {shown(body)}") from None
+        named = f": sim.number({shown(body)}) is that of a name" if isinstance(body, str) else ""
+        raise TypeError(f"a body goes by its number; found {shown(body)}{named}") from None
     # The table of slots also has room for numbers that are not given yet: they are ignored.
     if 0 <= number < engine.numbers and engine.k.slots[number] >= 0:
         return number
@@ -256,6 +259,17 @@ def read_accelerations(engine: Engine, bodies: object, accelerations: object) ->
     return rows
 
 
+def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
+    """Returns (count, 2) numbers, given as such or as one pair; TypeError or ValueError for anything else."""
+    pairs = np.asarray(given)
+    if pairs.dtype != np.float64:
+        with np.errstate(over="ignore"):  # of wider floats: they are infinite then
+            pairs = pairs.astype(np.float64, casting="unsafe" if pairs.dtype.kind != "c" else "safe")
+    if pairs.shape[-1:] != (2,):
+        raise ValueError(f"found an array of shape {pairs.shape}")
+    return pairs if pairs.shape == (count, 2) else np.broadcast_to(pairs, (count, 2))
+
+
 def _bodies_and_pairs(
     engine: Engine, bodies: object, given: object, what: str
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64]]:
@@ -272,12 +286,7 @@ def _bodies_and_pairs(
         for body in numbers.tolist():
             read_body(engine, body)
     try:
-        pairs = np.asarray(given)
-        if pairs.dtype != np.float64:
-            with np.errstate(over="ignore"):  # of wider floats: they are infinite then
-                pairs = np.asarray(given, dtype=np.float64)
-        if pairs.shape != (len(numbers), 2):
-            pairs = np.broadcast_to(pairs, (len(numbers), 2))
+        pairs = _pairs(given, len(numbers))
     except (TypeError, ValueError, OverflowError):
         pairs = np.full((len(numbers), 2), np.nan)
     if not np.logical_and.reduce(np.isfinite(pairs), axis=None):
@@ -413,7 +422,7 @@ def read_insertions(
     scene would refuse; it names the body. That a body is within the walls is not checked."""
     try:
         places = np.asarray(positions, dtype=np.float64).reshape(-1, 2)
-        flies = np.broadcast_to(np.asarray(velocities, dtype=np.float64), places.shape)
+        flies = _pairs(velocities, len(places))
     except (TypeError, ValueError):
         raise ValueError(
             "insert_many takes positions, (n, 2), and velocities, (n, 2) or one for all; found "

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from kinetile.run.advance import Event
 from kinetile.run.arguments import StopAt, read_kinds
 from kinetile.scene.checks import WALL, shown
@@ -34,7 +36,8 @@ class Calls:
         stops = False
         for kinds, function in self.functions:
             met = kinds is None or (kinds[0] in there if len(kinds) == 1 else kinds == tuple(sorted(there)))
-            stops = (function(event) is True if met else False) or stops
+            said = function(event) if met else False
+            stops = (isinstance(said, bool | np.bool_) and bool(said)) or stops
         return stops
 
 

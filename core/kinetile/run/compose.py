@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
@@ -509,11 +509,14 @@ def _prepare(kind: Kind, name: str, options: Options, scene: Scene, wanted: type
     return parts
 
 
-def check_options(kind: str, name: str, phase: Callable[..., Any], options: Options) -> None:
-    """Refuses an option that the phase's constructor does not have, with the nearest and all known ones."""
+def check_options(
+    kind: str, name: str, phase: Callable[..., Any], options: Options, common: Iterable[str] = ()
+) -> None:
+    """Refuses an option that neither the phase's constructor nor all of its kind (``common``) have, with the
+    nearest and all known ones."""
     if not options:
         return
-    known = [p for p in inspect.signature(phase).parameters if p != "self"]
+    known = [p for p in inspect.signature(phase).parameters if p != "self"] + [*common]
     for option in options:
         if option not in known:
             wanted = key_of(str(option), known, options[option])

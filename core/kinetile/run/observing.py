@@ -102,6 +102,8 @@ class _Observation:
             raise BadOption(f"an observable goes by its name; found {shown(text)}")
         self.text = text
         self.name, options = read_phase(text, "observable")
+        made = registry().target("observable", self.name)
+        check_options("observable", self.name, made, options, ("every", "after"))
         every, after = options.pop("every", None), options.pop("after", -math.inf)
         if every is not None and not (is_finite(every) and every > 0.0):
             raise BadOption(f"observable {text!r}: every is {every!r}; expected a time greater than 0")
@@ -109,8 +111,6 @@ class _Observation:
             raise BadOption(f"observable {text!r}: after is {after!r}; expected a time")
         self.every = None if every is None else float(every)
         self.after = float(after)
-        made = registry().target("observable", self.name)
-        check_options("observable", self.name, made, options)
         with calling("observable", self.name, "its constructor"):
             self.observable: Observable = made(**options)
         self.blocks: dict[str, Blocks] = {}

@@ -44,7 +44,7 @@ from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_w
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import WALL, shown
+from kinetile.scene.checks import WALL, demand, shown
 from kinetile.scene.commands import name_like
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
@@ -89,7 +89,7 @@ class _Alone(Unbroken):
             self._refuse(f" in another thread: it cannot {what} meanwhile")
         if simulation._engine.busy or (simulation._running and what in ("run", "step")):
             simulation._lock.release()
-            self._refuse(f": it cannot {what} from its own recorder, progress or hooks")
+            self._refuse(f": it cannot {what} from its own recorder, on_contact, progress or hooks")
         if what in ("run", "step", "be restored"):
             simulation._fault = None
         return self
@@ -146,6 +146,7 @@ class Simulation(Moment):
         live: bool = False,
         room: int | None = None,
     ) -> None:
+        demand(Scene, scene, "Simulation")
         if audit is not None:
             audit = arguments.read_count(audit, "audit", "contacts", 1)
         if room is not None:
@@ -818,7 +819,9 @@ class Simulation(Moment):
         phase does not accept it, BusyError while it runs; then nothing has changed."""
         with _Alone(self, "be restored"):
             if self._running:
-                raise BusyError("this simulation is running: it cannot be restored from its own progress")
+                raise BusyError(
+                    "this simulation is running: it cannot be restored from its own on_contact or progress"
+                )
             if not isinstance(snapshot, Snapshot):
                 raise TypeError(
                     "restore continues from a snapshot, as Simulation.snapshot returns it; "

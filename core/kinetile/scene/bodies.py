@@ -144,7 +144,10 @@ def read_accelerations(given: Any, bodies: Bodies, unread: Bools | None, mistake
         found[np.isfinite(bodies.mass)] = array
     value, none = VALUES["acceleration"], np.isnan(found).all(axis=1)
     odd = np.array([bool(value.expected(each)) for each in found.tolist()], dtype=np.bool_) & ~none
-    mistakes += _spell_out(odd if unread is None else odd & ~unread, "acceleration", found, value.expected)
+    told = odd.copy()
+    if unread is not None:
+        told[: len(unread)] &= ~unread  # obstacles, which a file has elsewhere, come after its bodies
+    mistakes += _spell_out(told, "acceleration", found, value.expected)
     fixed = ~odd & ~none & np.isinf(bodies.mass) & found.any(axis=1)
     mistakes += _spell_out(fixed, "acceleration", found, FIXED)
     found[odd] = math.nan

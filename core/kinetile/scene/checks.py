@@ -139,6 +139,12 @@ def shown(value: object, width: int = 60) -> str:
     return text if len(text) <= width else f"{text[: width - 3]}..."
 
 
+def demand(kind: type, given: object, what: str) -> None:
+    """Raises TypeError for an argument that is not of a type."""
+    if not isinstance(given, kind):
+        raise TypeError(f"{what} takes a {kind.__name__}; found {shown(given)}")
+
+
 class Extent(NamedTuple):
     """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", and whether bodies have to be
     within its walls."""

@@ -20,7 +20,7 @@ from kinetile.errors import BadOption, Mistake, SceneError, printable
 from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
-from kinetile.scene.checks import abridged, check_name, option_mistakes, shown
+from kinetile.scene.checks import abridged, check_name, demand, option_mistakes, shown
 from kinetile.scene.commands import Accelerate, Command, Insert, Move, Remove, SetKind, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
@@ -75,6 +75,7 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
 
 def dumps_scene(scene: Scene) -> str:
     """Returns a scene as TOML text. Raises BadOption for an option that TOML has no form for."""
+    demand(Scene, scene, "a scene file")
     settings = scene.settings
     lines = []
     if "recipe" in scene.origin:
@@ -335,7 +336,7 @@ class _File:
         """Returns the shapes of the file, or None if some have mistakes, which are appended."""
         made = [read_shape(f"shapes[{k}]", row, self.mistakes) for k, row in self._rows("shapes")]
         kept = [each for each in made if each is not None]
-        return kept if len(kept) == len(self.tables.get("shapes", ())) else None
+        return kept if len(kept) == len(self._usable("shapes", ())) else None
 
     def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Ints, Bools]:
         """Returns the number of each body's shape, and of which bodies it is unreadable."""

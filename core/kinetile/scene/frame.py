@@ -47,7 +47,10 @@ def check_support(
 ) -> list[Mistake]:
     """Checks that a body does not rest on a wall by its acceleration, touching it without a velocity along
     that axis: in truth there is no first contact then (docs/specification.md, rule 2a)."""
-    above = "a body above the wall, or one that moves along the axis: one at rest on a wall"
+    above = (
+        "a body above the wall, one that moves along the axis, or the response restitution with settle at "
+        "walls, by which it rests: else one at rest on a wall"
+    )
     for axis, pull in enumerate(pulls):
         if pull and velocity[axis] == 0.0:
             low = pull < 0.0

@@ -21,7 +21,7 @@ from kinetile.scene.bodies import (
     read_accelerations,
     read_arrays,
 )
-from kinetile.scene.checks import LARGEST, Extent, abridged, shown
+from kinetile.scene.checks import LARGEST, Extent, abridged, is_number, shown
 from kinetile.scene.commands import (
     Accelerate,
     Command,
@@ -301,11 +301,13 @@ def _read_gravity(
 
 
 def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple[float, float]:
-    """Returns the acceleration that a command gives to a body."""
-    if isinstance(command, Insert) and command.acceleration is None:
-        return gravity if command.mass < math.inf else (0.0, 0.0)
-    assert command.acceleration is not None
-    return float(command.acceleration[0]), float(command.acceleration[1])
+    """Returns the acceleration that a command gives to a body; none where it gives a wrong one."""
+    given = command.acceleration
+    if isinstance(command, Insert) and given is None:
+        return (0.0, 0.0) if command.mass == math.inf else gravity
+    if given is None or VALUES["acceleration"].expected(given):
+        return 0.0, 0.0
+    return float(given[0]), float(given[1])
 
 
 def _check_pulls(
@@ -315,11 +317,13 @@ def _check_pulls(
     for k in np.flatnonzero(pulls.any(axis=1)).tolist()[:1]:
         mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), extent)
     mass = dict(enumerate(bodies.mass.tolist()))
-    mass |= {each.body: each.mass for _, each in commands if isinstance(each, Insert)}
+    numbered = [each for _, each in commands if is_number(each.body)]
+    mass |= {each.body: each.mass for each in numbered if isinstance(each, Insert)}
     for where, each in commands:
         given = each.acceleration if isinstance(each, Insert | Accelerate) else None
         if given is not None and not VALUES["acceleration"].expected(given):
-            own = each.mass if isinstance(each, Insert) else mass.get(each.body)
+            known = mass.get(each.body) if each in numbered else None
+            own = each.mass if isinstance(each, Insert) else known
             if any(given) and own == math.inf:
                 mistakes.append(Mistake(f"{where}.acceleration", shown(list(given)), FIXED))
             mistakes += check_pull(f"{where}.acceleration", given, extent)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from kinetile.errors import MissingExtra
 from kinetile.plugin.drawing import Item, Segment
 from kinetile.run.simulation import Simulation
+from kinetile.scene.checks import demand
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, corners_of, take_picture
 
 INCHES = 6.9
@@ -64,6 +65,7 @@ def plot(
     """Draws a simulation as it is now on axes of matplotlib, those of pyplot without ``ax``, in the scene's
     lengths, and returns them; with what the broad phase draws (``structure``; lines between ``pairs``, up
     to 400), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
+    demand(Simulation, sim, "plot")
     check_printing("Drawing on axes")
     axes = import_module("matplotlib.pyplot").gca() if ax is None else ax
     picture = take_picture(sim, structure=structure, pairs=pairs)

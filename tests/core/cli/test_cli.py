@@ -86,6 +86,19 @@ def test_the_default_end_is_one_unit_after_the_start(tmp_path):
     assert printed("run --broad-phase naive", tmp_path / "late.toml")["run"]["time"] == 101.0
 
 
+def test_a_planned_command_that_is_refused_loses_nothing_of_what_was_before(tmp_path):
+    scene = kt.Scene(
+        [(1.0, 1.0)], [(1.0, 0.25)], 0.5, arena=(4.0, 4.0), settings=kt.Settings(until=3.0),
+        commands=[kt.Insert(2.75, (3.0, 1.5), (0.0, 0.0), 0.25)],
+    )  # fmt: skip
+    kt.save_scene(scene, tmp_path / "full.toml")
+    ran = kinetile("run --json", tmp_path / "full.toml", "--contacts", tmp_path / "c.txt", code=1)
+    assert "there is no room for body 1" in ran.stderr
+    said = json.loads(ran.stdout)
+    assert (said["run"]["status"], said["readings"]["contacts_wall"]) == ("fault: Refused", 1)
+    assert (tmp_path / "c.txt").exists()
+
+
 def test_explain_says_what_is_modelled_and_runs_nothing():
     result = kinetile(FOUR, "--explain", code=0)
     assert "modelled:" in result.stdout

@@ -85,3 +85,25 @@ def test_drawn_flights_have_the_encounters_of_their_lines(periodic):
     for one, two in zip(found[names].tolist(), wanted, strict=True):
         assert one[:3] == two[:3]
         assert one[3:] == pytest.approx(two[3:], abs=1e-9, nan_ok=True)
+
+
+def test_a_plan_that_begins_between_two_doubles_of_time_is_not_read_too_late():
+    # The time of a row is rounded: half of all pieces after a contact were read with the plan before it.
+    rng = np.random.default_rng(5)
+    place, way = rng.uniform(0.5, 3.5, (8, 2)), rng.normal(size=(8, 2))
+    trajectory = recorded(kt.Scene(place, way, 0.4, arena=(4.0, 4.0), **PASS), 20.0)
+    found = kt.encounters(trajectory)
+    assert len(found) > 50
+    for one in found[~np.isnan(found["end"])]:
+        times = np.linspace(one["begin"], one["end"], 200)
+        apart = [np.hypot(*np.diff(trajectory.positions(t)[[one["a"], one["b"]]], axis=0)[0]) for t in times]
+        assert one["closest"] == pytest.approx(min(apart), abs=np.abs(np.diff(apart)).max(initial=1e-9))
+        assert one["closest"] <= min(apart) + 1e-12
+
+
+@pytest.mark.parametrize("command", [kt.Remove(1, 1.0), kt.Move(1, 1.0, (3.5, 0.5))], ids=["gone", "moved"])
+def test_the_last_body_may_go_while_it_passes_another(command):
+    places, ways = [(1.0, 2.0), (1.25, 2.0)], [(0.0, 0.0), (0.0625, 0.0)]
+    scene = kt.Scene(places, ways, 0.5, arena=(4.0, 4.0), commands=[command], **PASS)
+    (one,) = kt.encounters(recorded(scene, 2.0))
+    assert one[["begin", "end", "closest", "closest_time"]].tolist() == (0.0, 1.0, 0.25, 0.0)

@@ -89,5 +89,18 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
             read(path)
 
 
+@pytest.mark.parametrize("name", ["still", "falling"])
+def test_a_body_may_be_moved_before_anything_happens_to_it(name, tmp_path):
+    # The reader asked for the move to be where the scene had sent the body.
+    more = {"gravity": (0.0, -1.0)} if name == "falling" else {}
+    scene = kt.Scene(
+        [(1.0, 2.0)], [(0.25, 0.0)], 0.25, arena=(4.0, 4.0), commands=[kt.Move(0, 0.5, (3.0, 3.0))], **more
+    )
+    sim, path = kt.Simulation(scene), tmp_path / "e.parquet"
+    with kt.EventRecorder(path, scene) as recorder:
+        sim.run(until=1.0, recorder=recorder)
+    assert Trajectory.read(path).positions(1.0).tolist() == sim.positions().tolist()
+
+
 NO_ROWS, PLANE = np.zeros(0, kt.LOG), SCENES["no walls"]
 test_message = table(globals())

@@ -37,6 +37,13 @@ def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
     assert sim.observed == plain.observed
 
 
+def test_a_true_of_numpy_stops_a_run_too():
+    sim = kt.Simulation(scene())
+    event = sim.run(until=30.0, on_contact=lambda event: sim.positions()[0, 0] > 0.0)
+    assert len(sim.contacts) == 1
+    assert event is not None
+
+
 def test_kinds_choose_what_is_called():
     told = {"ball": [], "two": [], "wall": []}
     of = {

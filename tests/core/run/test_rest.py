@@ -410,3 +410,17 @@ def test_what_slides_over_tiles_that_lie_flush_meets_no_inner_edge(seed):
     sim.run(until=4.0)
     assert all(sim.supports()[:3])
     assert (abs(sim.velocities()[:3] - sim.scene.velocity[:3]) < 1e-12).all()
+
+
+@pytest.mark.parametrize(
+    "change", [None, kt.Remove(0, 1.0), kt.Turn(0, 1.0, (0.0, -1.0)), kt.Move(0, 1.0, (4.0, 1.0))]
+)
+def test_nothing_is_scheduled_beyond_the_end_of_a_support(change):
+    # The wall was promised to a box that leaves its ledge before, by its edge or because the ledge goes.
+    ledge, box = kt.box(4.0, 0.5) if change is None else kt.box(7.0, 0.5), kt.box(0.5, 0.5)
+    places = [(2.0 if change is None else 4.0, 2.0), (2.0, 2.5)]
+    commands = [] if change is None else [change]
+    sim = run(scene(places, [(0.0, 0.0), (1.0, 0.0)], [ledge, box], 1, commands=commands), 0.25)
+    assert sim.supports()[1] == (0,)
+    assert sim.next_contact_of(1).b == RIGHT  # as things are
+    assert sim.next_contact_of(1, scheduled=True) is None

@@ -99,3 +99,21 @@ def test_commands_and_responses_of_a_file_did_not_reach_its_obstacles():
     assert made.kinds == ("ball", "obstacle")
     assert made.commands == (kt.Turn(1, 1.0, (0.0, 1.0)),)
     assert loads_scene(dumps_scene(made)) == made
+
+
+def test_a_file_has_obstacles_beside_bodies_of_which_one_has_an_acceleration():
+    text = """
+arena = [4.0, 4.0]
+[[bodies]]
+position = [1.0, 1.0]
+radius = 0.25
+acceleration = [0.0, -1.0]
+[[bodies]]
+position = [2.0, 1.0]
+radius = 0.25
+[[obstacles]]
+points = [[0.5, 0.5], [3.0, 0.5]]
+"""
+    assert loads_scene(text).acceleration.tolist() == [[0.0, -1.0], [0.0, 0.0], [0.0, 0.0]]
+    with pytest.raises(SceneError, match=r"bodies\[0\]\.acceleration: found \[0.0, nan\]"):
+        loads_scene(text.replace("[0.0, -1.0]", "[0.0, nan]"))

@@ -188,9 +188,19 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
     """Whether nothing precedes what comes first for a body, among others, for any of its bodies. Changes of
     plan go before contacts, except the beginnings of the start."""
     bodies = [(a, first.other)] if first.other < 0 else [(a, first.other), (first.other, a)]
-    if first.kind != BEGUN and any(planned.get(one, NEVER) <= first.tick for one, _ in bodies):
+    if first.kind != BEGUN and any(_turns(query, one, planned) <= first.tick for one, _ in bodies):
         return False
     return all(_first_of(query, one) == first._replace(other=two) for one, two in bodies)
+
+
+def _turns(query: Query, body: int, planned: Planned) -> int:
+    """Returns when a body's plan changes without a contact: by a command, at the edge of what it rests on or
+    slides along, or when a command changes that."""
+    turn = planned.get(body, NEVER)
+    if not query.composition.prepared.resting:
+        return turn
+    plan = query.k.bodies[body]
+    return min(turn, int(plan.ledge), *(planned.get(int(by), NEVER) for by in (plan.support, plan.second)))
 
 
 def _first_of(query: Query, a: int, among: Ints | None = None, walls: bool = True) -> _First | None:

@@ -20,6 +20,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
+from kinetile.scene.checks import demand
 from kinetile.scene.scene import in_words
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
@@ -200,6 +201,7 @@ def view(
     """Returns a view of the run of a simulation so far, including interactive commands; before a run,
     of its future; from ``begin`` on, or its start. It is played again from the start, and the simulation
     does not change. Lines between ``pairs`` of bodies are drawn; None: up to 400."""
+    demand(Simulation, simulation, "view")
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = composition_of(simulation).narrow_phases
