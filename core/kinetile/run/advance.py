@@ -87,9 +87,9 @@ class Event(NamedTuple):
         time: the time in the scene's unit; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
         epoch: whole time units since the scene's start.
         tick: ticks of 2**-52 of a time unit after that.
-        kind: "structural" (a certificate of the broad phase failed), "turn", "insert", "remove", "wall" (a
-            body met a wall), "disc" (two bodies met), "pass" (two begin to
-            pass through each other) or "part" (they end to).
+        kind: "structural" (a certificate of the broad phase failed), "wall" (a body met a wall), "disc" (two
+            bodies met), "pass" (two begin to pass through each other), "part" (they end to), or that of a
+            command: "turn", "accelerate", "kind", "move", "insert" or "remove".
         bodies: the bodies of the event, in ascending order; none at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.

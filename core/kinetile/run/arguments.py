@@ -387,7 +387,8 @@ def _cannot_come(why: str) -> ValueError:
 def _unfit_pull(scene: Scene, pull: Sequence[float]) -> str:
     """Returns what is expected in the place of an acceleration that is too large; "" if it is not."""
     within = all(abs(each) <= most for each, most in zip(pull, scene.pull, strict=True))
-    return "" if within else f"at most {shown(list(scene.pull))} in size, the largest of the scene"
+    larger = "; give the scene gravity, or a planned Accelerate, as large as that"
+    return "" if within else f"at most {shown(list(scene.pull))} in size, the largest of the scene{larger}"
 
 
 def _demand_pull(engine: Engine, new: Insert) -> None:

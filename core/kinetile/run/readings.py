@@ -31,7 +31,7 @@ class Readings:
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a body with a wall.
         passings: times that two discs began to pass through each other.
-        turns: changes of velocity by the user or the scene.
+        turns: commands that change a body: its velocity, acceleration, kind or place.
         inserted: inserted bodies.
         removed: removed bodies.
         structural_events: failures of the broad phase's own certificates.

@@ -95,7 +95,7 @@ def test_a_planned_command_that_is_refused_loses_nothing_of_what_was_before(tmp_
     ran = kinetile("run --json", tmp_path / "full.toml", "--contacts", tmp_path / "c.txt", code=1)
     assert "there is no room for body 1" in ran.stderr
     said = json.loads(ran.stdout)
-    assert (said["run"]["status"], said["readings"]["contacts_wall"]) == ("fault: Refused", 1)
+    assert (said["run"]["status"], said["readings"]["contacts_wall"]) == ("fault: NoRoom", 1)
     assert (tmp_path / "c.txt").exists()
 
 
