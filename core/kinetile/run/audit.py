@@ -269,6 +269,8 @@ def _overlapping(
     steps = np.array(list(product(*(range(-1, 2) if period else range(1) for period in periods))))
     for a in np.flatnonzero(number >= 0).tolist():
         later = np.flatnonzero(passes[kind[a] * (kinds + 1) + kind] & (number > number[a]))
+        if not len(later):
+            continue  # in most scenes with rules few bodies are of kinds that pass
         away = place[later] - place[a]
         image = steps[:, None] - np.rint(away / np.where(periods > 0.0, periods, math.inf))
         away, reach = away + image * periods, radius[later] + radius[a]
