@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
-from kinetile.kernel.compiled import compose, disowned, packed, smaller, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, replaced, smaller, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
@@ -213,7 +213,7 @@ def compute_partings(k: Kernel, pairs: Records, parting: Any) -> None:
         parting[at] = part(k, pairs[at].a, pairs[at].b)
 
 
-def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str]:
+def of_passings(k: Kernel, tables: Any, composition: Composition, place: Any) -> Iterator[str]:
     """The pairs that pass are those that overlap and may; each parts when its plans say so."""
     if composition.pair is None or not composition.passing:
         return
@@ -222,7 +222,7 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
     live = np.flatnonzero(table.a >= 0)
     passings, parting = table[live], np.full(len(live), NEVER)
     parts = {"part": composition.pair.part, "PERIODIC": bool(len(k.images))}
-    compose(compute_partings, parts, "parting", Kernel)(k, passings, parting)
+    compose(compute_partings, parts, "parting", Kernel)(tables, passings, parting)
     due = np.maximum(parting, table.begun[live] + 1)
     number, traits = k.queue.number, k.traits
     for at in np.flatnonzero(table.tick[live] != due).tolist():
@@ -239,7 +239,8 @@ def of_passings(k: Kernel, composition: Composition, place: Any) -> Iterator[str
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
         text = f"body {number[body]} is counted to pass {traits.inside[body]} others"
         yield f"{text}, and passes {inside[body]}"
-    yield from _overlapping(k, composition, place, set(passings[["a", "b", "m", "n"]].tolist()))
+    between = _gaps(tables, composition)
+    yield from _overlapping(k, between, place, set(passings[["a", "b", "m", "n"]].tolist()))
 
 
 def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
@@ -248,23 +249,28 @@ def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
     return float(gap(k, k.bodies[a].form, k.bodies[b].form, dx, dy))
 
 
-def _gaps(k: Kernel, composition: Composition) -> Callable[..., float] | None:
+def _gaps(tables: Any, composition: Composition) -> Callable[..., float] | None:
     shaped = composition.of_shapes
-    return partial(compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel), packed(k)) if shaped else None
+    return partial(compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel), tables) if shaped else None
 
 
 def _overlapping(
-    k: Kernel, composition: Composition, place: Any, passing: set[tuple[int, int, int, int]]
+    k: Kernel,
+    between: Callable[..., float] | None,
+    place: Any,
+    passing: set[tuple[int, int, int, int]],
 ) -> Iterator[str]:
-    """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it."""
+    """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it; of
+    shapes ``between`` says by how much."""
     kinds, kind, radius, number = k.clock[0].kinds, k.traits.kind, k.bodies.radius, k.queue.number
     passes = k.rules.response == PASS
-    between = _gaps(k, composition)
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = np.array(list(product(*(range(-1, 2) if period else range(1) for period in periods))))
     for a in np.flatnonzero(number >= 0).tolist():
         later = np.flatnonzero(passes[kind[a] * (kinds + 1) + kind] & (number > number[a]))
+        if not len(later):
+            continue  # in most scenes with rules few bodies are of kinds that pass
         away = place[later] - place[a]
         image = steps[:, None] - np.rint(away / np.where(periods > 0.0, periods, math.inf))
         away, reach = away + image * periods, radius[later] + radius[a]
@@ -285,11 +291,14 @@ class Complaint(NamedTuple):
     bodies: tuple[int, ...] = ()
 
 
-def check_all(k: Kernel, composition: Composition, delta: float, time: float, events: int) -> None:
-    """Raises AuditError for the first violation, UnawaitedContactError if a contact would be missed."""
+def check_all(
+    k: Kernel, tables: Any, composition: Composition, delta: float, time: float, events: int
+) -> None:
+    """Raises AuditError for the first violation, UnawaitedContactError if a contact would be missed;
+    ``tables`` are the packed ``k``."""
     when = f"at time {time!r}, after {events} events under broad phase {composition.broad_phase!r}"
     try:
-        for text, bodies in complaints(k, composition, delta):
+        for text, bodies in complaints(k, tables, composition, delta):
             if bodies:
                 raise UnawaitedContactError(f"{when}: {text}", time=time, bodies=bodies)
             raise AuditError(f"{when}: {text}")
@@ -300,7 +309,7 @@ def check_all(k: Kernel, composition: Composition, delta: float, time: float, ev
         raise AuditError(f"{when}: {text}") from error
 
 
-def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Complaint]:
+def complaints(k: Kernel, tables: Any, composition: Composition, delta: float) -> Iterator[Complaint]:
     """Yields all present violations; ``delta`` is the skin. The phase's own audit comes before what follows
     from its structure: it says why a body is not near another."""
     broad = composition.broad
@@ -312,14 +321,15 @@ def complaints(k: Kernel, composition: Composition, delta: float) -> Iterator[Co
         yield from (Complaint(f"{OWN}{text}") for text in broad.audit(as_seen(k), broad.state))
     near = np.zeros((0, 2), dtype=np.int32)
     if composition.pair is not None:
-        named = named_near(k, composition)
+        named = named_near(k, composition, tables)
         yield from map(Complaint, _near(k, named))
         near = pairs_of_named(named)
-    yield from _contact_times(k, composition, near)
+    yield from _contact_times(k, tables, composition, near)
     repaired = bool((k.queue.own > k.clock[0].now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
-        yield from _touching(k, near, delta, composition)
-    yield from map(Complaint, of_passings(k, composition, positions_now(k)))
+        between = _gaps(tables, composition) if broad.outlines else None
+        yield from _touching(k, near, delta, composition.prepared.periods, between)
+    yield from map(Complaint, of_passings(k, tables, composition, positions_now(k)))
 
 
 def _near(k: Kernel, named: Pairs) -> Iterator[str]:
@@ -338,13 +348,14 @@ def _near(k: Kernel, named: Pairs) -> Iterator[str]:
         yield f"body {other} is near body {body}, but body {body} is not near body {other}"
 
 
-def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator[Complaint]:
+def _contact_times(k: Kernel, tables: Any, composition: Composition, near: Pairs) -> Iterator[Complaint]:
     """The predictions of the entries are true: all contacts are computed again, and exactly."""
     queue, partner = k.queue, k.queue.partner
     known = np.flatnonzero(partner >= 0)
     known = known[queue.seen[known] == k.stamps[partner[known]]]
     expected = np.sort(np.column_stack([known, partner[known]]).astype(np.int32), axis=1)
-    meetings, images, walls = _computed_again(k, composition, np.concatenate([near, expected]))
+    every = np.concatenate([near, expected])
+    meetings, images, walls = _computed_again(k, tables, composition, every)
     yield from _of_walls(k, walls)
     yield from _of_partners(k, known, meetings[len(near) :])
     if len(k.images):
@@ -355,7 +366,9 @@ def _contact_times(k: Kernel, composition: Composition, near: Pairs) -> Iterator
     yield from _of_near(k, near, meetings)
 
 
-def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[Integers, Integers, Integers]:
+def _computed_again(
+    k: Kernel, tables: Any, composition: Composition, pairs: Pairs
+) -> tuple[Integers, Integers, Integers]:
     """Returns when each pair meets by its plans, NEVER if it is barred, and through which image, (n, 2); and
     when each body meets a wall."""
     pair, wall = composition.pair, composition.wall
@@ -370,7 +383,7 @@ def _computed_again(k: Kernel, composition: Composition, pairs: Pairs) -> tuple[
         parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     images = np.zeros((len(pairs), 2), np.int64)
-    aside = k._replace(clock=k.clock.copy())  # a fault that a narrow phase reports must not end the run
+    aside = replaced(tables, "clock", k.clock.copy())  # a fault of a narrow phase must not end the run
     compose(compute_again, parts, "audit", Kernel)(aside, pairs, meetings, images, walls)
     return meetings, images, walls
 
@@ -466,11 +479,15 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers,
                     images[pair, 1] = k.clock[0].torus.n
 
 
-def _touching(k: Kernel, near: Pairs, delta: float, composition: Composition) -> Iterator[Complaint]:
+def _touching(
+    k: Kernel,
+    near: Pairs,
+    delta: float,
+    periods: tuple[float, float],
+    between_shapes: Callable[..., float] | None,
+) -> Iterator[Complaint]:
     """Every two bodies of which circles and boxes are closer than a skin, through any image, are a pair; of
     a phase that goes by ``outlines``, those of which these are."""
-    periods = composition.prepared.periods
-    between_shapes = _gaps(k, composition) if composition.broad.outlines else None
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)

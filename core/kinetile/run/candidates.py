@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kinetile.errors import PhaseError
 from kinetile.kernel.chords import as_seen
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, replaced, to_be_filled_in
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.drawing import At, Coordinate, Entry, Item, Link, Point, points_of, with_points
@@ -38,16 +38,17 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
     return count
 
 
-def named_near(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+def named_near(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[np.int32]:
     """Returns (body, other) for all bodies that the broad phase names near each body, itself apart, (m, 2);
-    written aside, since a run in another thread has its own in ``k.near``."""
-    broad, k = composition.broad, as_seen(k)._replace(near=np.zeros_like(k.near))
+    written aside, since a run in another thread has its own in ``k.near``. ``tables``: ``k``, packed."""
+    broad, seen, aside = composition.broad, as_seen(k), np.zeros_like(k.near)
+    given = replaced(tables, "near", aside) if seen is k else seen._replace(near=aside)
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
     found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
-    count = int(listing(k, broad.state, found))
+    count = int(listing(given, broad.state, found))
     if count > len(found):
         found = np.zeros((count, 2), dtype=np.int32)
-        listing(k, broad.state, found)
+        listing(given, broad.state, found)
     return np.asarray(found[:count][found[:count, 0] != found[:count, 1]])
 
 
@@ -59,9 +60,9 @@ def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     return np.column_stack([pairs >> 32, pairs & 0xFFFFFFFF]).astype(named.dtype)
 
 
-def candidates(k: Kernel, composition: Composition) -> npt.NDArray[np.int32]:
+def candidates(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[np.int32]:
     """Returns the candidate pairs (a, b), a < b, by the numbers of the bodies, sorted; (m, 2)."""
-    return pairs_of_named(by_number(k, named_near(k, composition)))
+    return pairs_of_named(by_number(k, named_near(k, composition, tables)))
 
 
 def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

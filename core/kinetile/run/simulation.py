@@ -635,12 +635,13 @@ class Simulation(Moment):
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Returns the candidate pairs now, (k, 2), a < b, sorted."""
         self.build()
-        return candidates(self._engine.k, self._engine.composition)
+        return candidates(self._engine.k, self._engine.composition, self._engine.packed[0])
 
     def near(self) -> npt.NDArray[np.int32]:
         """Returns the near bodies of each body now, (k, 2): (a, b) if the broad phase names b as near a."""
         self.build()
-        return by_number(self._engine.k, named_near(self._engine.k, self._engine.composition))
+        engine = self._engine
+        return by_number(engine.k, named_near(engine.k, engine.composition, engine.packed[0]))
 
     def drawing(self) -> tuple[Item, ...]:
         """Returns the present structure of the broad phase as shapes of ``kinetile.plugin.drawing``; nothing

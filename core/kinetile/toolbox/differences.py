@@ -47,6 +47,11 @@ def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]
             f"this scene has {len(wanted):,} pairs of shapes that can meet, of {len(shapes):,} shapes, and "
             f"up to {MOST:,} are worked out beforehand: give more bodies the same shape"
         )
+    return _table(shapes, tuple(wanted)).copy()
+
+
+@lru_cache(maxsize=2)  # a scene is prepared for a run, then for each growth of its tables and each copy of it
+def _table(shapes: tuple[Shape, ...], wanted: tuple[tuple[int, int], ...]) -> npt.NDArray[np.float64]:
     index = np.zeros(1 + len(shapes) ** 2)
     index[0] = len(shapes)
     rows, end = [index], len(index)

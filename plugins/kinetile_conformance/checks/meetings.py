@@ -36,7 +36,7 @@ from kinetile.instruments import (
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
 from kinetile_conformance.cases import GENERAL, difference, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
-from kinetile_conformance.checks.runs import EVERY, watch
+from kinetile_conformance.checks.runs import EVERY, STEPS, watch
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.integer]
@@ -164,7 +164,7 @@ def _at_some_moments(
             if found is not None:
                 look(moment, *found)
 
-    watch(case, see, every=EVERY)
+    watch(case, see, steps=2 * STEPS, every=EVERY)
 
 
 def _pairs(at: Moment) -> tuple[Answer, Met] | None:

@@ -209,13 +209,8 @@ def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Seque
 
 
 def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Runs a phase interpreted with all hooks watched, on scenes with titles; returns the first breach."""
-    return interpreted(_watched, subject, scenes)
-
-
-def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
-    """Returns the first breach of a phase whose hooks are watched, and its scene, or None.
-    Scenes that the phase refuses are left out; raises Refused where it refuses all."""
+    """Returns the first breach of a phase, interpreted with all hooks watched, and the title of its scene, or
+    None. Scenes that the phase refuses are left out; raises Refused where it refuses all."""
     refused = []
     for title, scene in scenes:
         try:
@@ -234,6 +229,6 @@ def _watched(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | Non
 def writes_only_where_it_may(case: Case) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing"""
-    text = first_breach(case.subject, small_ones())
+    text = interpreted(first_breach, case.subject, small_ones())
     if text is not None:
         raise Disagreement(text)

@@ -92,6 +92,15 @@ STARTS: dict[str, Draw] = {
 }
 
 
+def _falling(scene: Scene, number: int) -> Scene:
+    """Returns a scene that falls, with the loop of falling scenes: one body falls faster, one not at all."""
+    fall = ((0.0, -0.25), (0.5, 0.0))[number % 4 // 2]
+    own = np.full((len(scene), 2), math.nan)
+    own[0] = 2.0 * np.array(fall)
+    mass = np.append(scene.mass[:-1], math.inf)
+    return scene.replace(gravity=fall, acceleration=own, mass=mass)
+
+
 class _Play:
     """A living scene in the making: what the rules do to a run under the reference. Every fifth is a
     ``rare`` one, with what would be too much of a change for all."""
@@ -100,8 +109,7 @@ class _Play:
         self.random = np.random.default_rng(number)
         self.rare = number % RARE == RARE - 1
         if self.rare and scene.kinds == (0,) and not scene.shapes:  # half fall, half have no arena
-            fall = ((0.0, -0.25), (0.5, 0.0))[number % 4 // 2]
-            scene = scene.replace(gravity=fall) if number % 2 else scene.replace(arena=None)
+            scene = _falling(scene, number) if number % 2 else scene.replace(arena=None)
         self.scene = scene
         self.sim = Subject(REFERENCE, {}).reference.simulation(scene, room=None)
         self.ended = False

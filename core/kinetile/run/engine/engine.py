@@ -332,7 +332,8 @@ class Engine(Tables):
         self.build()
         skin = self.bounds.skin.delta
         with Interruptible():
-            check_all(self.k, self.composition, skin, self.clock.time(self.now), self.events)
+            taken = self.k, self.packed[0]
+            check_all(*taken, self.composition, skin, self.clock.time(self.now), self.events)
         self.audits += 1
 
     # The structure
