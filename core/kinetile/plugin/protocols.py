@@ -70,10 +70,11 @@ class BroadPhaseParts:
     ``k.clock[0].bodies`` of them, and ``arrange`` receives tables of that length. Radii are within those that
     ``prepare`` saw; a body with another radius, or without a slot, makes the kernel prepare again.
 
-    ``soon(k, s, body, stage)``: an event of a body is likely to come soon, and the scene is large: prefetch
-    (``toolbox.prefetch``) what ``near`` and ``repair`` will read of it. Stages 0, 1 and 2 come in this order,
-    some events apart, so each may read what the one before has prefetched. It must change nothing; the body
-    may have another plan by then. None: nothing is prefetched.
+    ``soon(k, s, body, stage)``: an event of a body is likely to come soon: prefetch (``toolbox.prefetch``)
+    what ``near`` and ``repair`` will read of it. Stages 0, 1 and 2 come in this order, some events apart, so
+    each may read what the one before has prefetched; where the scene is small there is stage 0 alone, for
+    the two bodies of the next contact. It must change nothing; the body may have another plan by then. None:
+    nothing of the phase is prefetched.
 
     ``periodic``: in a scene with a periodic axis (``scene.periodic``) this phase names a body if any of its
     images may touch. A plan's place is within half a period of 0 when it is anchored, ``k.images`` counts the

@@ -246,7 +246,8 @@ class Composition:
 
     def _parts(self, commands: Commands) -> dict[str, Any]:
         parts: dict[str, Any] = {
-            "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,  # whether it prefetches
+            "FETCHES": self.broad.soon is not None,  # whether the broad phase prefetches
+            "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,
             "PAIRS": self.pair is not None,
             "BOUNDS": self.pair is not None and self.pair.soonest is not None,
             "WALLS": self.wall is not None,
@@ -264,7 +265,7 @@ class Composition:
         parts |= self.resting
         if self.rules is not None:
             parts |= self.rules.parts(self.pair, self.wall)
-        needed = {"soon": parts["AHEAD"], "enter": parts["LIVING"], "leave": parts["LIVING"]}
+        needed = {"enter": parts["LIVING"], "leave": parts["LIVING"]}
         for owner, names in (
             (self.broad, [name for name in PHASE_HOOKS if needed.get(name, True)]),
             (self.pair, ["meet", "collide", "soonest"]),

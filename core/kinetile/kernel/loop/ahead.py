@@ -5,7 +5,8 @@ dozens of times, because each address is read from what the one before it names:
 the calendar says which bodies come next. A *scout* goes over its slices, some dozens of them before the head,
 whenever the head does so. What it finds, all bodies of the slice and the partner that each awaits, is worked
 on in stages, a few bodies apart: what one stage has prefetched, the next one reads. No answer depends on any
-of it. In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on.
+of it. In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on. Below
+that the two bodies of the contact at the head are prefetched, when its exact tick is computed.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ SIGHT = 16
 STAGE = 5
 """Bodies that are found between two stages of one."""
 
+AHEAD = FETCHES = True
 PERIODIC = False
 soon = to_be_filled_in
 
@@ -50,6 +52,18 @@ def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int
             _do_stages(k, s, body, turn)
             body = k.links[body].next
     return day, scout, turn
+
+
+@template
+def fetch_two(k: Kernel, s: Any, a: int, b: int) -> None:
+    """Prefetch the plans of two bodies that may meet next, and what the first stage does, all at once: else
+    a load would find the elder, the next one its plan, and a third one, after the contact, its home."""
+    if not AHEAD:
+        prefetch(k.bodies, a)
+        prefetch(k.bodies, b)
+        if FETCHES:
+            soon(k, s, a, 0)
+            soon(k, s, b, 0)
 
 
 @template

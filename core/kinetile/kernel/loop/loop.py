@@ -52,7 +52,7 @@ from kinetile.kernel.loop import (
     TIME_REACHED,
     WATCHED,
 )
-from kinetile.kernel.loop.ahead import fetch_ring, look_ahead
+from kinetile.kernel.loop.ahead import fetch_ring, fetch_two, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_may_be_before
 from kinetile.kernel.loop.commands import free, may_come, met_at
@@ -386,6 +386,7 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     """
     entry = k.queue[h]
     other = entry.partner
+    fetch_two(k, s, h, other)
     if entry.seen != k.stamps[other]:
         return REFRESH, at
     if kind != GUESS:

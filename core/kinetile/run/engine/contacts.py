@@ -15,7 +15,7 @@ import numpy.typing as npt
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, CONTACT, HELD, INSERTED, LOG, MET, MOVED, Fingerprint
 from kinetile.kernel.plan import Plan
-from kinetile.kernel.tables import ROW, Kernel
+from kinetile.kernel.tables import PAGE, ROW, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
 from kinetile.scene import Scene
@@ -26,6 +26,13 @@ if TYPE_CHECKING:
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
 epoch of its chunk's first contact. A chunk is shorter than 1,024 epochs (``kernel.clock``)."""
+
+LONG = 1 << 16
+"""Contacts of a run after which more of them are kept on large pages: to be given the pages of 4 KiB costs
+twice what the copy does (7 of 10 ns a contact). A short run does not take megabytes."""
+
+AT_ONCE = 2 * PAGE // KEPT.itemsize - 4
+"""Rows that fill two large pages, with the room that ``record_table`` adds."""
 
 RowFunction = Callable[[npt.NDArray[np.void]], None]
 """A function of rows of the log (``kinetile.kernel.log.LOG``), or of contacts."""
@@ -80,6 +87,7 @@ class Ledger:
         self._clock, self._scene = clock, scene
         self.pending_events: list[ContactRow] | None = []
         self.latest = 0
+        self._room = np.empty(0, KEPT)  # for what is kept of later chunks
         self.entries = entries
 
     @property
@@ -206,7 +214,7 @@ class Ledger:
         if logged:
             met = np.frombuffer(k.met, MET, logged)
             if self.keeps:
-                self._waiting.append(_kept(met))
+                self._waiting.append(_kept(met, self._room_for(logged)))
                 self._total += logged
             else:
                 self._digest.update(met.view(np.uint8).data)
@@ -221,6 +229,15 @@ class Ledger:
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
         self.complete = True
+
+    def _room_for(self, rows: int) -> npt.NDArray[np.void]:
+        """Returns room for what is kept of a chunk."""
+        if self._total < LONG:
+            return np.empty(rows, KEPT)
+        if rows > len(self._room):
+            self._room = record_table(KEPT, max(AT_ONCE, rows)).view(np.ndarray)
+        room, self._room = self._room[:rows], self._room[rows:]
+        return room
 
     def _put(self, waiting: list[tuple[int, Any]]) -> None:
         """Keeps contacts; the array grows by doubling, and a view that was returned is never moved."""
@@ -252,10 +269,9 @@ class Ledger:
         return self._unrecorded
 
 
-def _kept(met: Any) -> tuple[int, Any]:
-    """Returns what is kept of the rows of a chunk: the first epoch, and a shorter row for each."""
+def _kept(met: Any, kept: Any) -> tuple[int, Any]:
+    """Writes a shorter row for each of a chunk to ``kept``; returns the first epoch, and these."""
     first = int(met["epoch"][0])
-    kept = np.empty(len(met), KEPT)
     when = kept["when"]  # without temporary arrays, which cost as much again
     np.subtract(met["epoch"], first, out=when)
     np.multiply(when, TICKS, out=when)
