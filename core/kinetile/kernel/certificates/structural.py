@@ -120,11 +120,11 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
 LATEST = 2.0
 """No bound of ``first_rise`` is later than this many times its scale."""
 
-PARTS = (0.5, 0.125, 0.03125, 0.0)
+PARTS = (0.5, 0.0625, 0.0)
 """Where the intervals begin that ``first_rise`` looks at, by its scale, the last one first: each ends where
 the one before begins, and the first of them at ``LATEST``."""
 
-STEPS = 4
+STEPS = 3
 """Steps of ``first_rise`` after that. More of them find later ticks, and cost more."""
 
 
