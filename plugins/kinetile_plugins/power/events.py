@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from kinetile.toolbox import Kernel, hook, offer, unchecked
 
-from .certificates import enlist, enlist_around, fails, owned, settle, spot, sunk, turn, watch
+from .certificates import enlist, fails, owned, settle, spot, sunk, turn, watch, watch_around
 from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, split, spokes, succ
 
 
@@ -41,13 +41,6 @@ def repair(k: Kernel, s: State, body: int) -> int:
     watch(k, s, count)
     settle(k, s, body)
     return 0
-
-
-@unchecked
-@hook
-def replan(k: Kernel, s: State, body: int) -> None:
-    """Watches all edges that depend on a body's plan."""
-    watch(k, s, enlist_around(s, body))
 
 
 @hook
@@ -106,7 +99,9 @@ def enter(k: Kernel, s: State, body: int) -> None:
     """Inserts a body."""
     s.weight[body] = (s.scale[PER_LENGTH] * k.bodies[body].reach) ** 2
     insert(k, s, body)
-    watch_anew(k, s, enlist_around(s, body))
+    watch_around(k, s, body)
+    for i in range(spokes(s, body)):
+        settle(k, s, s.org[succ(s.spokes[i])])
 
 
 @hook
