@@ -103,18 +103,6 @@ def around(s: State, h: int) -> int:
     return int(s.twin[pred(h)])
 
 
-@hook
-def spokes(s: State, site: int) -> int:
-    """Lists the half-edges that begin at a site, counter-clockwise; returns how many there are."""
-    h = int(s.first[site])
-    for count in range(len(s.first)):
-        s.spokes[count] = h
-        h = around(s, h)
-        if h == s.spokes[0]:
-            return count + 1
-    return len(s.first)
-
-
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
