@@ -172,10 +172,11 @@ def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
     set_anew = int(k.counts[0].updated) - int(before["counts"][1]["updated"][0])
     of_hand = set_anew - len(settled)
     now, was = before["queue"]
-    for body in np.flatnonzero(now["own"] != was["own"]).tolist():
+    stays = now["key"] < np.minimum(now["own"], was["own"])  # filed under something earlier: not settled
+    for body in np.flatnonzero((now["own"] != was["own"]) & ~stays).tolist():
         if body not in settled and (body != hand or of_hand == 0):
             yield f"queue[{body}].own, the certificate of body {body}, other than by schedule"
-    if of_hand < 0 or (of_hand > 0 and hand < 0):
+    if of_hand < 0 or (of_hand > 0 and hand < 0 and not stays.any()):
         yield f"counts.updated ({set_anew} more, where {len(settled)} certificates were scheduled)"
 
 

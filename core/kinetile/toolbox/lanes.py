@@ -16,6 +16,7 @@ from kinetile.kernel.vectors import choose as choose
 from kinetile.kernel.vectors import eight as eight
 from kinetile.kernel.vectors import fill as fill
 from kinetile.kernel.vectors import flights as flights
+from kinetile.kernel.vectors import followed as followed
 from kinetile.kernel.vectors import lane as lane
 from kinetile.kernel.vectors import lowest_bit as lowest_bit
 from kinetile.kernel.vectors import number_in as number_in

@@ -31,7 +31,8 @@ from kinetile.toolbox import (
 from kinetile.toolbox.reach import margin_of
 
 from .audit import audit
-from .events import build, enter, leave, repair, replan
+from .certificates import watch_around
+from .events import build, enter, leave, repair
 from .web import CORNERS, PER_LENGTH, UNIT, State, empty, near, slots, start, succ
 
 THINNEST = 2.0**-14
@@ -136,7 +137,7 @@ class Power:
             arrange=arrange,
             build=build,
             repair=repair,
-            replan=replan,
+            replan=watch_around,
             enter=enter,
             leave=leave,
             audit=audit,

@@ -2,8 +2,9 @@
 
 An edge ab with c on its left and d on its right has one certificate: the lifted d is less than theta below
 the plane of a, b and c (docs/cells.md). Twice the area of the triangle times that depth is a determinant of
-three rows. All is computed relative to a, which is a body, so that a far point costs no digits; and what
-rounding can make of the determinant is taken off it, so what is said to fail has failed.
+three rows. All is computed relative to a body, so that a far point costs no digits: to a; or, where a body
+has another plan, to that one, which is an end of some edges and beside the others. What rounding can make of
+the determinant is taken off it, so what is said to fail has failed.
 
 A certificate need not be computed to its root. ``first_rise`` gives a lower bound; when that comes, a site
 that is less than half of theta below is watched again, and else the edge flips (``events``).
@@ -23,14 +24,29 @@ from kinetile.toolbox import (
     Plan,
     first_rise,
     hook,
+    larger,
     position_after,
     schedule,
     since_origin,
     smaller,
+    unchecked,
 )
-from kinetile.toolbox.lanes import Floats, Ticks, choose, lane, pick, places, some, spread
+from kinetile.toolbox.lanes import (
+    Floats,
+    Ticks,
+    append,
+    choose,
+    followed,
+    lane,
+    numbers,
+    pick,
+    places,
+    some,
+    spread,
+    spread_whole,
+)
 
-from .web import PER_LENGTH, THETA, UNIT, State, around, pred, slots, spokes, succ
+from .web import PER_LENGTH, THETA, UNIT, State, around, pred, slots, succ
 
 NOISE = 2.0**-47
 """What rounding can make of a determinant, in products of the sizes of its rows; with room of more than
@@ -136,18 +152,19 @@ def fails(k: Kernel, s: State, h: int, theta: float) -> bool:
 
 
 @hook
+def by_scale(k: Kernel, s: State, x: Floats, y: Floats, vx: Floats, vy: Floats, weight: Floats) -> Sites:
+    """Returns where eight bodies are now and their weights, by the scale, from their rows of places."""
+    length = spread(s.scale[PER_LENGTH])
+    speed = length * spread(s.scale[UNIT])
+    x, y = position_after(Plan(x, y, vx, vy), spread(since_origin(k, k.clock[0].now)))
+    return Sites(x * length, y * length, vx * speed, vy * speed, weight)
+
+
+@hook
 def eight_sites(k: Kernel, s: State, at: int) -> Sites:
     """Returns eight sites of those that are named, from one place on."""
     weight = pick(s.weight, s.sites, at)
-    x, y, vx, vy = places(k.places, s.plans, at)
-    elapsed = spread(since_origin(k, k.clock[0].now))
-    length = spread(s.scale[PER_LENGTH])
-    x, y = position_after(Plan(x, y, vx, vy), elapsed)
-    x = x * length
-    y = y * length
-    speed = length * spread(s.scale[UNIT])
-    vx = vx * speed
-    vy = vy * speed
+    x, y, vx, vy, _ = by_scale(k, s, *places(k.places, s.plans, at), weight)
     zero = spread(0.0)
     is_far = weight <= zero
     if some(is_far):
@@ -166,25 +183,23 @@ def size(value: Floats) -> Floats:
 
 
 @hook
-def row(a: Sites, b: Sites, theta: Floats) -> Row:
-    """Returns the rows of eight sites, lifted by theta."""
+def row(a: Sites, b: Sites, lift: Floats) -> Row:
+    """Returns the rows of eight sites, lifted."""
     x0 = b.x - a.x
     x1 = b.vx - a.vx
     y0 = b.y - a.y
     y1 = b.vy - a.vy
-    h0 = x0 * x0 + y0 * y0 - b.weight + a.weight + theta
+    h0 = x0 * x0 + y0 * y0 - b.weight + a.weight + lift
     h1 = x0 * x1 + y0 * y1
     return Row(x0, x1, y0, y1, h0, h1 + h1, x1 * x1 + y1 * y1, size(x0) + size(y0), size(x1) + size(y1))
 
 
 @hook
-def failures(k: Kernel, s: State) -> Ticks:
-    """Returns bounds of when eight edges fail, by their sites."""
-    a = eight_sites(k, s, 0)
-    zero = spread(0.0)
-    b = row(a, eight_sites(k, s, 8), zero)
-    c = row(a, eight_sites(k, s, 16), zero)
-    d = row(a, eight_sites(k, s, 24), spread(s.scale[THETA]))
+def failures(k: Kernel, b: Row, c: Row, d: Row) -> Ticks:
+    """Returns bounds of when eight edges fail, by the rows of b, c and d relative to a, for the edge ab.
+
+    The determinant only changes its sign if two sites are exchanged, so a may be c, b and c then a and b.
+    """
     # the minors of two rows, times the height of the third; in the order of a determinant whose sign is that
     # of the depth, since a is the site from which all is counted
     cb0 = c.x0 * b.y0 - b.x0 * c.y0
@@ -227,16 +242,6 @@ def enlist(s: State, count: int, h: int) -> int:
 
 
 @hook
-def enlist_around(s: State, body: int) -> int:
-    """Lists the edges of which a body is an end or opposite to, to be watched; returns how many there are."""
-    count = 0
-    for i in range(spokes(s, body)):
-        count = enlist(s, count, s.spokes[i])
-        count = enlist(s, count, succ(s.spokes[i]))
-    return count
-
-
-@hook
 def settle(k: Kernel, s: State, site: int) -> None:
     """Queues a body for the first of the edges that it owns to fail."""
     if site >= slots(s):
@@ -252,12 +257,10 @@ def settle(k: Kernel, s: State, site: int) -> None:
 
 
 @hook
-def note(k: Kernel, s: State, h: int, tick: int) -> None:
+def note(k: Kernel, s: State, h: int, site: int, tick: int) -> None:
     """Notes when an edge fails, at its owner's half-edge, and queue the owner."""
-    site = s.org[h]
     old = s.due[h]
     s.due[h] = tick
-    s.due[s.twin[h]] = NEVER
     if tick <= k.queue[site].own:
         schedule(k, site, tick)
     elif old == k.queue[site].own:
@@ -278,6 +281,106 @@ def watch(k: Kernel, s: State, count: int) -> None:
             s.sites[24 + i] = s.org[pred(s.twin[h])]
             for at in range(i, 32, 8):
                 s.plans[at] = smaller(s.sites[at], last)
-        tick = failures(k, s)
+        a = eight_sites(k, s, 0)
+        b = row(a, eight_sites(k, s, 8), spread(0.0))
+        c = row(a, eight_sites(k, s, 16), spread(0.0))
+        d = row(a, eight_sites(k, s, 24), spread(s.scale[THETA]))
+        tick = failures(k, b, c, d)
         for i in range(many):
-            note(k, s, s.listed[begin + i], lane(tick, i))
+            note(k, s, s.listed[begin + i], s.sites[i], lane(tick, i))
+
+
+@hook
+def ring(s: State, body: int) -> int:
+    """Lists the half-edges around a body, the sites at their ends, and those beyond the edges between these,
+    and then the first eight again; returns how many there are."""
+    far = len(s.sites) // 2
+    last = slots(s) - 1
+    h = int(s.first[body])
+    degree = 0
+    for _ in range(len(s.first)):
+        e = succ(h)
+        site = s.org[e]
+        beyond = s.org[pred(larger(s.twin[e], 0))]  # if there is none, between two far points, any will do
+        s.spokes[degree] = h
+        s.sites[degree] = site
+        s.plans[degree] = smaller(site, last)
+        s.sites[far + degree] = beyond
+        s.plans[far + degree] = smaller(beyond, last)
+        degree += 1
+        h = around(s, h)
+        if h == s.first[body]:
+            break
+    append(s.spokes, 0, s.spokes, degree)
+    append(s.sites, 0, s.sites, degree)
+    append(s.plans, 0, s.plans, degree)
+    return degree
+
+
+@hook
+def lifted(one: Row, lift: Floats) -> Row:
+    """Returns rows of sites that are lifted."""
+    return Row(one.x0, one.x1, one.y0, one.y1, one.h0 + lift, one.h1, one.h2, one.size, one.speed)
+
+
+@hook
+def ahead(one: Row) -> Row:
+    """Returns the rows of the sites that follow, in a ring of eight."""
+    return Row(
+        followed(one.x0),
+        followed(one.x1),
+        followed(one.y0),
+        followed(one.y1),
+        followed(one.h0),
+        followed(one.h1),
+        followed(one.h2),
+        followed(one.size),
+        followed(one.speed),
+    )
+
+
+@unchecked
+@hook
+def watch_around(k: Kernel, s: State, body: int) -> None:
+    """Watches the edges of which a body is an end or opposite to, all of them relative to the body.
+
+    Of the ring of sites around it, three in a row are an edge of the body, to the second, and what is on both
+    sides of it; two in a row and the site beyond are an edge of the ring. The lanes hold eight of the ring,
+    which goes on with its first: enough for six edges of either kind, or for a ring of eight.
+    """
+    n = slots(s)
+    degree = ring(s, body)
+    far = len(s.sites) // 2
+    place = k.places[body]
+    a = by_scale(
+        k, s, spread(place.x), spread(place.y), spread(place.vx), spread(place.vy), spread(s.weight[body])
+    )
+    zero = spread(0.0)
+    theta = spread(s.scale[THETA])
+    least = NEVER
+    step = 8 if degree == 8 else 6
+    for begin in range(0, degree, step):
+        one = row(a, eight_sites(k, s, begin), zero)
+        two = ahead(one)
+        three = ahead(two)
+        names = numbers(s.sites, begin)
+        lift = choose(followed(names) < spread_whole(body), theta, zero)  # the other end owns the edge
+        tick = failures(k, two, lifted(three, lift), lifted(one, theta - lift))
+        lift = choose(names < followed(names), zero, theta)
+        other = row(a, eight_sites(k, s, far + begin), theta - lift)
+        lift = zero - lift
+        beyond = failures(k, lifted(one, lift), lifted(two, lift), lifted(other, lift))
+        for i in range(smaller(step, degree - begin)):
+            at = begin + i
+            here = s.sites[at]
+            there = s.sites[at + 1]
+            if smaller(here, there) < n:
+                h = succ(s.spokes[at])
+                note(k, s, h if here < there else int(s.twin[h]), smaller(here, there), lane(beyond, i))
+            h = int(s.spokes[at + 1])
+            if body < there:
+                s.due[h] = lane(tick, i)
+                least = smaller(least, lane(tick, i))
+            else:
+                note(k, s, int(s.twin[h]), there, lane(tick, i))
+    schedule(k, body, least)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from kinetile.toolbox import Kernel, hook, offer, unchecked
 
-from .certificates import enlist, enlist_around, fails, owned, settle, spot, sunk, turn, watch
-from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, split, spokes, succ
+from .certificates import enlist, fails, owned, ring, settle, spot, sunk, turn, watch, watch_around
+from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, split, succ
 
 
 @hook
@@ -41,13 +41,6 @@ def repair(k: Kernel, s: State, body: int) -> int:
     watch(k, s, count)
     settle(k, s, body)
     return 0
-
-
-@unchecked
-@hook
-def replan(k: Kernel, s: State, body: int) -> None:
-    """Watches all edges that depend on a body's plan."""
-    watch(k, s, enlist_around(s, body))
 
 
 @hook
@@ -106,7 +99,9 @@ def enter(k: Kernel, s: State, body: int) -> None:
     """Inserts a body."""
     s.weight[body] = (s.scale[PER_LENGTH] * k.bodies[body].reach) ** 2
     insert(k, s, body)
-    watch_anew(k, s, enlist_around(s, body))
+    watch_around(k, s, body)
+    for i in range(ring(s, body)):
+        settle(k, s, s.sites[i])
 
 
 @hook
@@ -123,7 +118,7 @@ def watch_anew(k: Kernel, s: State, count: int) -> None:
 def leave(k: Kernel, s: State, body: int) -> None:
     """Removes a body."""
     o = spot(k, s, body)
-    degree = spokes(s, body)
+    degree = ring(s, body)
     links = 0
     for i in range(degree):
         s.listed[links] = s.twin[succ(s.spokes[i])]
@@ -131,7 +126,7 @@ def leave(k: Kernel, s: State, body: int) -> None:
     for _ in range(degree - 3):
         h = int(s.first[body])
         least = 1.0e300
-        for i in range(spokes(s, body)):
+        for i in range(ring(s, body)):
             e = s.spokes[i]
             u = spot(k, s, s.org[pred(s.twin[e])])
             v = spot(k, s, s.org[succ(e)])

@@ -30,10 +30,12 @@ class State(NamedTuple):
     far_x: Records  # (m,) the places of far points, by the scale; 0 of bodies
     far_y: Records
     order: Records  # (m,) the bodies in the order in which the first triangulation takes them
-    spokes: Records  # (m,) half-edges around a site
+    spokes: Records  # (m + 16,) half-edges around a site
     listed: Records  # (3 m + 16,) half-edges to be watched
-    sites: Records  # (32,) a, b, c and d of eight edges: a to b, with c on the left and d on the right
-    plans: Records  # (32,) the same, with a body in the place of far points
+    # (2 m + 32,) a, b, c and d of eight edges: a to b, with c on the left and d on the right; or the sites
+    # around one, and from the middle on those beyond the edges between these
+    sites: Records
+    plans: Records  # (2 m + 32,) the same, with a body in the place of far points
     unused: Records  # (1,) the first triangle that is not used
     scale: Records  # (3,) see below
 
@@ -55,10 +57,10 @@ def empty(bodies: int) -> State:
         far_x=np.zeros(m),
         far_y=np.zeros(m),
         order=np.zeros(m, dtype=np.int32),
-        spokes=np.zeros(m, dtype=np.int32),
+        spokes=np.zeros(m + 16, dtype=np.int32),
         listed=np.zeros(3 * m + 16, dtype=np.int32),
-        sites=np.zeros(32, dtype=np.int32),
-        plans=np.zeros(32, dtype=np.int32),
+        sites=np.zeros(2 * m + 32, dtype=np.int32),
+        plans=np.zeros(2 * m + 32, dtype=np.int32),
         unused=np.zeros(1, dtype=np.int32),
         scale=np.zeros(3),
     )
@@ -101,18 +103,6 @@ def around(s: State, h: int) -> int:
     return int(s.twin[pred(h)])
 
 
-@hook
-def spokes(s: State, site: int) -> int:
-    """Lists the half-edges that begin at a site, counter-clockwise; returns how many there are."""
-    h = int(s.first[site])
-    for count in range(len(s.first)):
-        s.spokes[count] = h
-        h = around(s, h)
-        if h == s.spokes[0]:
-            return count + 1
-    return len(s.first)
-
-
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
@@ -121,10 +111,11 @@ def near(k: Kernel, s: State, body: int) -> int:
     count = 0
     h = int(s.first[body])
     for _ in range(len(s.first)):
-        other = s.org[succ(h)]
+        g = pred(h)
+        other = s.org[g]
         k.near[count] = other
         count += 1 if other < n else 0
-        h = around(s, h)
+        h = int(s.twin[g])
         if h == s.first[body]:
             break
     return count

@@ -215,36 +215,31 @@ def over(s: State, p: int, side: int) -> int:
     return body_of(p) if side_of(p) == opposite(side) else end(s, bound_of(p), side)
 
 
-@hook
-def next_along(q: int, side: int) -> int:
-    """The left port of the next tile on a side of a body, after the one whose right port is ``q``.
-
-    The walk leaves an L bound on the body by its other inner port, an R bound by its outer.
-    """
-    return bound_of(q) + (OUTER if is_right_bound(q) else opposite(side))
-
-
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names the bodies on the other side of the tiles over a body, then of those under it."""
+    """Names the bodies on the other side of the tiles over a body, then of those under it.
+
+    The walk leaves an L bound on the body by its other inner port, an R bound by its outer.
+    """
     n = len(s.level)
     left = 3 * n + 1  # there are no more tiles: a web that is broken leads no further
     count = 0
     for side in (UPPER, LOWER):
         p = own_tile(body, side)
+        other = end(s, left_bound(body), side)
         last = n
         while left > 0:
             left -= 1
-            other = over(s, p, side)
-            if other != last and other < n:
-                k.near[count] = other
-                count += 1
+            k.near[count] = other
+            count += 1 if other != last and other < n else 0
             last = other
             q = facing(s, p)
             if body_of(q) == body:
                 break
-            p = next_along(q, side)
+            is_right = is_right_bound(q)
+            p = bound_of(q) + (OUTER if is_right else opposite(side))
+            other = end(s, bound_of(q), side) if is_right else body_of(q)
     return count
 
 

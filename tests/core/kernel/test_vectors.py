@@ -69,6 +69,7 @@ def of_doubles(one: Any, two: Any, numbers: Any, floats: Any, truths: Any) -> tu
     lay_down(vectors.turned(a, 1), floats[7])
     lay_down(vectors.turned(a, 2), floats[8])
     lay_down(vectors.turned(a, 4), floats[9])
+    lay_down(vectors.followed(a), floats[10])
     lay_down(a < b, truths[0])
     lay_down(a <= b, truths[1])
     lay_down(a > b, truths[2])
@@ -82,13 +83,13 @@ def of_doubles(one: Any, two: Any, numbers: Any, floats: Any, truths: Any) -> tu
 @settings(deadline=None, max_examples=30)
 def test_eight_doubles(one, two, picked):
     """Comparisons with what is not a number are false."""
-    floats, truths = np.zeros((10, LANES)), np.zeros((6, LANES), dtype=np.bool_)
+    floats, truths = np.zeros((11, LANES)), np.zeros((6, LANES), dtype=np.bool_)
     with np.errstate(all="ignore"):
         word, anywhere = of_doubles(one, two, picked, floats, truths)
     first = one[3]
     one, two = one[picked], two[picked]
     less, more = one < two, one > two
-    turned = [one[np.arange(LANES) ^ by] for by in (1, 2, 4)]
+    turned = [one[np.arange(LANES) ^ by] for by in (1, 2, 4)] + [np.roll(one, -1)]
     with np.errstate(all="ignore"):
         same(floats[:5], [one + two, one - two, one * two, one / two, np.sqrt(one)])
     same(floats[5:], [np.where(less, one, two), np.full(LANES, first), *turned])

@@ -12,7 +12,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import hook, larger
+from kinetile.kernel.compiled import hook, larger, smaller
 from kinetile.kernel.tables import BAD_CERTIFICATE, NEVER, NOBODY, Kernel, blame
 from kinetile.kernel.vectors import (
     LANES,
@@ -45,10 +45,13 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
     if body < 0 or body >= k.clock[0].bodies:
         blame(k, BAD_CERTIFICATE, body, NOBODY)
         return
-    if k.queue[body].own != tick:
-        k.queue[body].own = tick
+    entry = k.queue[body]
+    before = entry.own
+    if before != tick:
+        entry.own = tick
         k.counts[0].updated += 1
-        if body != k.clock[0].hand:
+        # A body that is filed under something else, and earlier than both, stays where it is.
+        if body != k.clock[0].hand and entry.key >= smaller(before, tick):
             to_be_settled(k, body, NOBODY)
 
 
@@ -117,11 +120,11 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
 LATEST = 2.0
 """No bound of ``first_rise`` is later than this many times its scale."""
 
-PARTS = (0.5, 0.125, 0.03125, 0.0)
+PARTS = (0.5, 0.0625, 0.0)
 """Where the intervals begin that ``first_rise`` looks at, by its scale, the last one first: each ends where
 the one before begins, and the first of them at ``LATEST``."""
 
-STEPS = 4
+STEPS = 3
 """Steps of ``first_rise`` after that. More of them find later ticks, and cost more."""
 
 

@@ -85,6 +85,11 @@ def turned(value: Any, by: int) -> Any:
     return value[np.arange(LANES) ^ by]
 
 
+def followed(value: Any) -> Any:
+    """Return the lanes moved by one: lane i is what was lane i + 1, and the last what was the first."""
+    return np.roll(value, -1)
+
+
 def append(source: Any, first: int, target: Any, end: int) -> int:
     """Copy eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; return the last.
 

@@ -221,6 +221,11 @@ def _turned(call: _Call, value: Any, by: Any) -> Any:
     return _shuffle(call.builder, value, value, [i ^ distance for i in range(LANES)])
 
 
+@_compiled(lambda value: value(value))
+def _followed(call: _Call, value: Any) -> Any:
+    return _shuffle(call.builder, value, value, [*range(1, LANES), 0])
+
+
 @_compiled(lambda value, which: value.one(value, types.int64))
 def _lane(call: _Call, value: Any, which: Any) -> Any:
     return call.builder.extract_element(value, call.builder.trunc(which, _WHOLE))
