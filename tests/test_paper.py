@@ -28,7 +28,7 @@ def test_its_pictures_and_its_authors_are_those_of_the_project():
     ("page", "figure"),
     [
         ("docs/conformance.md", "finds 270 of 272"),
-        ("README.md", "3.7 million contacts a CPU second"),
+        ("README.md", "4.0 million contacts a CPU second"),
         ("README.md", "2.7e-14 of itself"),
         ("docs/sweep-tiling.md", "[Ss]ix (?:of its |)statements"),
     ],
