@@ -30,7 +30,7 @@ CHART = Path(__file__).parents[4] / "docs" / "speed-against-error.svg"
 
 SILENT: Any = lambda *_: None  # noqa: E731
 
-BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+BUILT_IN = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power")
 
 
 def contacts(*rows: tuple[int, int, int]) -> npt.NDArray[np.void]:
