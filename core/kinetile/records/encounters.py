@@ -36,8 +36,8 @@ def encounters(trajectory: Trajectory) -> NDArray[np.void]:
     demand(Trajectory, trajectory, "encounters")
     rows, now = trajectory.rows, dict[tuple[int, int], list[_Encounter]]()
     found, places = list[_Encounter](), _Places(trajectory)
-    for row in np.flatnonzero((rows["b"] >= 0) & np.isnan(rows["ax"])).tolist():
-        a, b = rows[["a", "b"]][row].tolist()
+    met = np.flatnonzero((rows["b"] >= 0) & np.isnan(rows["ax"]))
+    for row, a, b in zip(met.tolist(), rows["a"][met].tolist(), rows["b"][met].tolist(), strict=True):
         several = now.setdefault((min(a, b), max(a, b)), [])
         if a < b:
             found.append(_Encounter(places, a, b, row, [each.image for each in several]))

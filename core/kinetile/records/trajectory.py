@@ -206,9 +206,10 @@ class Trajectory:
         index = np.searchsorted(self._keys, bodies * self._span + done) - 1
         moved = np.flatnonzero(index >= 0)
         moved = moved[self._keys[index[moved]] // self._span == bodies[moved]]
-        place, own = nearest_image(self.scene.position, self.scene.periods), bodies[begun]
+        began, periods = self.scene.position[bodies[begun]], self.scene.periods
         anchor, velocity, images = np.zeros((3, n, 2))
-        anchor[begun], velocity[begun] = place[own], self.scene.velocity[own]
+        anchor[begun] = nearest_image(began, periods)
+        velocity[begun] = self.scene.velocity[bodies[begun]]
         begin, later = self._accelerations
         flights, which = self._flights, self._flights.by_body[index[moved]]
         anchor[moved] = flights.value("x", "y", which=which)
@@ -216,7 +217,7 @@ class Trajectory:
         acceleration = begin[bodies]
         acceleration[moved] = later[which]
         if self.scene.periodic:
-            images[begun] = whole_periods(self.scene.position - place, self.scene.periods)[own]
+            images[begun] = whole_periods(began - anchor[begun], periods)
             images[moved] = self._images[which]
         rows = self.rows[flights.row[which]]
         ticks = np.full(n, now, dtype=object)

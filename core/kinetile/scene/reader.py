@@ -121,9 +121,10 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     if given.acceleration is not None:
         own = read_accelerations(given.acceleration, bodies, places.unread.get("acceleration"), mistakes)
         pulls = np.where(np.isnan(own), pulls, own + 0.0)
+    pulling = _pulling(commands)
     if walls_known:
-        mistakes += _check_pulls(bodies, pulls, commands, extent)
-    pull = _largest(pulls, commands, gravity)
+        mistakes += _check_pulls(bodies, pulls, commands, pulling, extent)
+    pull = _largest(pulls, pulling, gravity)
     if given.arena is None and until is None and any(pull):
         right = "an end, or an arena: without either accelerated bodies fall for ever"
         mistakes.append(Mistake("until", "nothing", right))
@@ -301,40 +302,48 @@ def _read_gravity(
 
 
 def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple[float, float]:
-    """Returns the acceleration that a command gives to a body; none where it gives a wrong one."""
-    given = command.acceleration
-    if isinstance(command, Insert) and given is None:
-        return (0.0, 0.0) if command.mass == math.inf else gravity
-    if given is None or VALUES["acceleration"].expected(given):
-        return 0.0, 0.0
-    return float(given[0]), float(given[1])
+    """Returns the acceleration that a command gives to a body."""
+    if isinstance(command, Insert) and command.acceleration is None:
+        return gravity if command.mass < math.inf else (0.0, 0.0)
+    assert command.acceleration is not None
+    return float(command.acceleration[0]), float(command.acceleration[1])
+
+
+def _pulling(commands: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
+    """Returns those commands that say an acceleration, and one that is right by itself."""
+    wrong = VALUES["acceleration"].expected
+    said = [(where, each) for where, each in commands if isinstance(each, Insert | Accelerate)]
+    own = [(where, each) for where, each in said if each.acceleration is not None]
+    return [(where, each) for where, each in own if not wrong(each.acceleration)]
 
 
 def _check_pulls(
-    bodies: Bodies, pulls: Floats, commands: Sequence[tuple[str, Any]], extent: Extent | None
+    bodies: Bodies,
+    pulls: Floats,
+    commands: Sequence[tuple[str, Any]],
+    pulling: Sequence[tuple[str, Any]],
+    extent: Extent | None,
 ) -> list[Mistake]:
     mistakes = []
     for k in np.flatnonzero(pulls.any(axis=1)).tolist()[:1]:
         mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), extent)
     mass = dict(enumerate(bodies.mass.tolist()))
-    numbered = [each for _, each in commands if is_number(each.body)]
-    mass |= {each.body: each.mass for each in numbered if isinstance(each, Insert)}
-    for where, each in commands:
-        given = each.acceleration if isinstance(each, Insert | Accelerate) else None
-        if given is not None and not VALUES["acceleration"].expected(given):
-            known = mass.get(each.body) if each in numbered else None
-            own = each.mass if isinstance(each, Insert) else known
-            if any(given) and own == math.inf:
-                mistakes.append(Mistake(f"{where}.acceleration", shown(list(given)), FIXED))
-            mistakes += check_pull(f"{where}.acceleration", given, extent)
+    inserted = [each for _, each in commands if isinstance(each, Insert) and is_number(each.body)]
+    mass |= {each.body: each.mass for each in inserted}
+    for where, each in pulling:
+        known = mass.get(each.body) if is_number(each.body) else None
+        own = each.mass if isinstance(each, Insert) else known
+        if any(each.acceleration) and own == math.inf:
+            mistakes.append(Mistake(f"{where}.acceleration", shown(list(each.acceleration)), FIXED))
+        mistakes += check_pull(f"{where}.acceleration", each.acceleration, extent)
     return mistakes
 
 
 def _largest(
-    pulls: Floats, commands: Sequence[tuple[str, Any]], gravity: tuple[float, float]
+    pulls: Floats, pulling: Sequence[tuple[str, Any]], gravity: tuple[float, float]
 ) -> tuple[float, float]:
     """Returns the largest accelerations, along x and y, of gravity and of any body (rule 3a)."""
-    coming = [pull_of(each, gravity) for _, each in commands if isinstance(each, Insert | Accelerate)]
+    coming = [pull_of(each, gravity) for _, each in pulling]  # those of others are gravity, or none
     x, y = np.abs(np.concatenate([pulls, [gravity, *coming]])).max(axis=0).tolist()
     return x, y
 
