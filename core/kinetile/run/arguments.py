@@ -262,11 +262,11 @@ def read_accelerations(engine: Engine, bodies: object, accelerations: object) ->
 def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
     """Returns (count, 2) numbers, given as such or as one pair; TypeError or ValueError for anything else."""
     pairs = np.asarray(given)
+    if pairs.shape[-1:] != (2,) or pairs.dtype.kind == "c":
+        raise ValueError("neither pairs nor one of real numbers")
     if pairs.dtype != np.float64:
         with np.errstate(over="ignore"):  # of wider floats: they are infinite then
-            pairs = pairs.astype(np.float64, casting="unsafe" if pairs.dtype.kind != "c" else "safe")
-    if pairs.shape[-1:] != (2,):
-        raise ValueError(f"found an array of shape {pairs.shape}")
+            pairs = pairs.astype(np.float64)
     return pairs if pairs.shape == (count, 2) else np.broadcast_to(pairs, (count, 2))
 
 
