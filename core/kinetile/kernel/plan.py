@@ -77,14 +77,19 @@ def bent_velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
 
 def positions_after(plans: Plan | BentPlan, elapsed: Any) -> npt.NDArray[np.float64]:
     """Returns (..., 2) where plans have their bodies, times (...) after their anchors; not for hooks."""
-    after = bent_position_after if isinstance(plans, BentPlan) else position_after
-    return np.stack(after(plans, elapsed), axis=-1)
+    return _stacked(*(bent_position_after if isinstance(plans, BentPlan) else position_after)(plans, elapsed))
 
 
 def velocities_after(plans: Plan | BentPlan, elapsed: Any) -> npt.NDArray[np.float64]:
     """Returns (..., 2) velocities by plans, times (...) after their anchors; not for hooks."""
-    after = bent_velocity_after if isinstance(plans, BentPlan) else velocity_after
-    return np.stack(after(plans, elapsed), axis=-1)
+    return _stacked(*(bent_velocity_after if isinstance(plans, BentPlan) else velocity_after)(plans, elapsed))
+
+
+def _stacked(x: Any, y: Any) -> npt.NDArray[np.float64]:
+    """Returns the same as NumPy's stack, without what that does in Python."""
+    both = np.empty((*np.shape(x), 2))
+    both[..., 0], both[..., 1] = x, y
+    return both
 
 
 LEAST_SPAN = 1 << 10

@@ -114,15 +114,18 @@ def advance(
 
     ``after_chunk``, if given, is called after each chunk; an exception from it ends the run there.
     """
-    _demand_feasible(engine, end)
-    ledger = engine.ledger
+    ledger, stop = engine.ledger, None
+    left: list[ContactRow] = []
+    if end.ticks is not None and (ledger.records or end.ticks > MOST_UNITS * TICKS):
+        _demand_feasible(engine, end, end.ticks)
     if len(engine.k.watch) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
         stop, left = _first_watched(engine, ledger.pending_events or [])
         if stop is not None:
             ledger.pending_events = left
             return stop
-    still, audited, stop, left = _Stillness(), engine.contacts, None, []
+    audited = 0 if audit is None else engine.contacts
+    still: _Stillness | None = None
     ledger.pending_events = None
     try:
         while True:
@@ -132,22 +135,22 @@ def advance(
             reason = engine.chunk(until, most, events, quota)
             if reason == WATCHED:
                 stop, left = _watched(engine)
-            arrived = reason == TIME_REACHED and last
-            if arrived:
+            finished = reason == WATCHED
+            if reason == TIME_REACHED and last:
+                finished = True
                 engine.arrive(end.until)
             let_signals_through()
             if after_chunk is not None:
                 with Interruptible():
                     after_chunk()
-            finished = (
-                reason == WATCHED or arrived or engine.contacts >= end.contacts or engine.events >= end.events
-            )
+            finished = finished or engine.contacts >= end.contacts or engine.events >= end.events
             if audit is not None and (finished or reason == CONTACTS_REACHED):
                 engine.audit()
                 audited = engine.contacts
             if finished:
                 return stop
             if reason == TIME_REACHED:
+                still = still or _Stillness()
                 still.note_span(engine)
                 if end.ticks is None and still.idle > IDLE_SPANS:
                     return None
@@ -156,14 +159,10 @@ def advance(
         ledger.pending_events = left
 
 
-def _demand_feasible(engine: Engine, end: End) -> None:
+def _demand_feasible(engine: Engine, end: End, ticks: int) -> None:
     """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
     rows of plans that the clock anchors again than a recording can have."""
-    if end.ticks is None:
-        return
-    units, records = end.ticks // TICKS, engine.ledger.records
-    if units <= MOST_UNITS and not records:
-        return
+    units, records = ticks // TICKS, engine.ledger.records
     bodies, unit = len(engine.taken), engine.clock.unit
     if not bodies or min(end.contacts, end.events) < UNLIMITED:
         return

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from kinetile.errors import Mistake, constructed
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
-from kinetile.kernel.tables import COMMAND, NOBODY, OFFER, record_table
+from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN
 from kinetile.run.engine.commands import ROWS, Rows, row_of
@@ -47,9 +47,6 @@ _NO_NUMBERS = bool, np.bool_, float, np.floating
 """Of bodies, as for an index of NumPy."""
 
 _FLOATS = {float, np.float64}
-
-_AT = COMMAND["tick"].itemsize // 8
-"""Where place, velocity, radius and mass begin in the row of a command, in units of eight bytes."""
 
 _SIZE = "at most 2**200 in size"
 
@@ -174,9 +171,9 @@ def read_end(
     max_events: int | None = None,
 ) -> End:
     """Returns the requested end, exact if it is the scene's own; ValueError for an invalid or past one."""
-    given = until
+    settings, given = scene.settings, until
     if until is None:
-        until = scene.settings.until
+        until = settings.until
     if until is None and max_contacts is None and max_events is None:
         raise ValueError("run needs an end: until=, max_contacts=, max_events= or an until in the scene")
     contacts = UNLIMITED if max_contacts is None else _last(engine.contacts, max_contacts, "max_contacts")
@@ -186,18 +183,19 @@ def read_end(
     if not is_finite(until):
         raise ValueError(f"until must be a finite time; found {shown(until)}")
     until = float(until)
-    last = scene.settings.until if scene.bent and scene.arena is None else None
+    last = settings.until if scene.arena is None and scene.bent else None
     if last is not None and until > math.nextafter(last, math.inf):  # the exact end may be a rounding later
         raise ValueError(
             f"until={until} is after the scene's end, {last}: expected at most that, since without walls "
             "accelerated bodies become ever faster; or give the scene a later one"
         )
-    exact, quota = scene.settings.end if until == scene.settings.until else None, UNLIMITED
+    clock, now = engine.clock, engine.now
+    exact, quota = settings.end if until == settings.until else None, UNLIMITED
     if exact is not None:
-        quota, ticks = exact[2], engine.clock.tick_of(until, exact)
+        quota, ticks = exact[2], clock.tick_of(until, exact)
     else:
-        ticks = engine.clock.total(engine.now) if until == engine.time else engine.clock.ticks(until)
-    if engine.clock.relative(ticks) < engine.now:
+        ticks = clock.total(now) if until == engine.time else clock.ticks(until)
+    if clock.relative(ticks) < now:
         own = "" if given is not None else ", and is the scene's own end: give another by until="
         raise ValueError(f"until={until} lies in the past{own}; the time is {engine.time}")
     return End(until, ticks, quota, contacts, events)
@@ -227,21 +225,20 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
 
 def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     """Returns turns of bodies, (n, 2) velocities or one for all; IndexError and ValueError for wrong ones."""
-    numbers, pairs = _bodies_and_pairs(engine, bodies, velocities, "velocity")
-    vx, vy = pairs.T
-    speed = float(np.maximum.reduce(np.hypot(vx, vy), initial=0.0))  # max, without what it does in Python
-    rows = engine.command_rows(TURNED, len(numbers))
+    numbers, pairs, no_faster = _bodies_and_pairs(engine, bodies, velocities, "velocity")
+    rows, smallest = engine.command_rows(TURNED, len(numbers)), engine.bounds.smallest
     rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
     rows["body"] = numbers
-    rows["vx"], rows["vy"] = vx, vy
-    _check_speed(engine, speed, engine.bounds.smallest)
+    rows["vx"], rows["vy"] = pairs[:, 0], pairs[:, 1]
+    if _is_too_fast(engine, no_faster, smallest):
+        _check_speed(engine, float(np.hypot(*pairs.T).max(initial=0.0)), smallest)
     return rows
 
 
 def read_accelerations(engine: Engine, bodies: object, accelerations: object) -> Rows:
     """Returns what gives bodies (n, 2) accelerations, or one for all; IndexError and ValueError for wrong
     ones, or one that is not for this run."""
-    numbers, pairs = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
+    numbers, pairs, _ = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
     rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
     rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
     rows["body"] = numbers
@@ -272,8 +269,9 @@ def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
 
 def _bodies_and_pairs(
     engine: Engine, bodies: object, given: object, what: str
-) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64]]:
-    """Returns (n,) numbers of bodies and (n, 2) finite numbers, given as such or as one pair for all."""
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], float]:
+    """Returns (n,) numbers of bodies; (n, 2) finite numbers, given as such or as one pair for all; and a
+    length that none of these pairs has more of."""
     try:
         numbers = np.array(bodies, ndmin=1)
     except ValueError:  # rows of different lengths
@@ -289,19 +287,20 @@ def _bodies_and_pairs(
         pairs = _pairs(given, len(numbers))
     except (TypeError, ValueError, OverflowError):
         pairs = np.full((len(numbers), 2), np.nan)
-    if not np.logical_and.reduce(np.isfinite(pairs), axis=None):
+    squares = float(np.vdot(pairs, pairs))  # a quarter of the time of isfinite, and also a bound
+    if not math.isfinite(squares) and not np.isfinite(pairs).all():
         article = "an" if what == "acceleration" else "a"
         if isinstance(given, Sequence) and len(given) == 1 == len(numbers):
             raise ValueError(f"{article} {what} is two finite numbers; found {shown(given[0])}")
         expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
         raise ValueError(f"{article} {what} is two finite numbers; {expected}; found {shown(given)}")
-    return numbers, pairs
+    return numbers, pairs, 2.0 * math.sqrt(squares)
 
 
 def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     """Returns the slots of bodies; IndexError for a body that is not present."""
+    whole: npt.NDArray[Any] = numbers if numbers.dtype.kind == "i" else numbers.astype(np.int64)
     try:
-        whole = numbers.astype(np.int64)
         found: npt.NDArray[np.int32] = engine.k.slots.take(whole)
     except IndexError:  # beyond the table
         found = whole = np.array([NOBODY], dtype=np.int32)
@@ -374,10 +373,7 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     if not (far <= LARGEST and speed <= LARGEST and all(SMALLEST <= each <= LARGEST for each in numbers[4:])):
         return None
     _check_speed(engine, speed, min(engine.bounds.smallest, new.radius))
-    rows = engine.command_rows(INSERTED)
-    np.frombuffer(rows, np.float64)[_AT : _AT + 6] = numbers
-    rows["body"] = engine.numbers
-    return rows
+    return engine.command_rows(INSERTED, body=engine.numbers, disc=numbers)
 
 
 def _cannot_come(why: str) -> ValueError:
@@ -479,16 +475,13 @@ def column(name: str, given: Any, many: int) -> list[Any]:
 
 def read_removal(engine: Engine, body: object) -> Rows:
     """Returns the command that removes a body now; IndexError if it is not present."""
-    rows = engine.command_rows(REMOVED)
-    rows["body"] = read_body(engine, body)
-    return rows
+    return engine.command_rows(REMOVED, body=read_body(engine, body))
 
 
 def read_kind(engine: Engine, body: object, kind: object) -> Rows:
     """Returns the command that gives a body another kind now; IndexError for a body that is not present, and
     ValueError for no kind of the scene."""
-    rows, kinds = engine.command_rows(OF_KIND), engine.scene.kinds
-    rows["body"] = read_body(engine, body)
+    rows, kinds = engine.command_rows(OF_KIND, body=read_body(engine, body)), engine.scene.kinds
     if not is_kind(kind) or as_kind(kind) not in kinds:
         raise ValueError(no_kind(kind, kinds))
     rows["kind"] = kinds.index(as_kind(kind))
@@ -498,8 +491,8 @@ def read_kind(engine: Engine, body: object, kind: object) -> Rows:
 def read_move(engine: Engine, body: object, position: object) -> Rows:
     """Returns the command that moves a body now; IndexError for a body that is not present, ValueError for
     no place. That it is within the walls is not checked."""
-    rows, field = engine.command_rows(MOVED), VALUES["position"]
-    rows["body"] = number = read_body(engine, body)
+    number, field = read_body(engine, body), VALUES["position"]
+    rows = engine.command_rows(MOVED, body=number)
     rows["mass"] = engine.k.mass[engine.k.slots[number]]
     if wrong := field.expected(position):
         raise ValueError(f"the position of body {number} is {shown(position)}; expected {wrong}")
@@ -511,8 +504,12 @@ def read_move(engine: Engine, body: object, position: object) -> Rows:
     return rows
 
 
+def _is_too_fast(engine: Engine, speed: float, smallest: float) -> bool:
+    return bool(speed * engine.fields.tick[0] > MOST_FLOWN * smallest)
+
+
 def _check_speed(engine: Engine, speed: float, smallest: float) -> None:
-    if speed * engine.fields.tick[0] > MOST_FLOWN * smallest:
+    if _is_too_fast(engine, speed, smallest):
         raise ValueError(
             f"at the speed {speed:.3g} a body would fly too far in one tick of this scene's clock: schedule "
             "the command in the scene, which chooses its clock by its speeds, or give the scene a unit"

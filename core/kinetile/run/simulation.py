@@ -83,7 +83,7 @@ class _Alone(Unbroken):
         self._simulation, self._what = simulation, what
 
     def __enter__(self) -> Self:
-        super().__enter__()
+        Unbroken.__enter__(self)  # super() takes longer
         simulation, what = self._simulation, self._what
         if not simulation._lock.acquire(False):
             self._refuse(f" in another thread: it cannot {what} meanwhile")
@@ -102,10 +102,11 @@ class _Alone(Unbroken):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if isinstance(error, FAULTS) and self._what in _RUNS:
-            self._simulation._fault = f"{type(error).__name__}: {error}"
-        self._simulation._lock.release()
-        super().__exit__(kind, error, trace)
+        simulation = self._simulation
+        if error is not None and isinstance(error, FAULTS) and self._what in _RUNS:
+            simulation._fault = f"{type(error).__name__}: {error}"
+        simulation._lock.release()
+        Unbroken.__exit__(self, kind, error, trace)
 
 
 class Simulation(Moment):
@@ -306,8 +307,8 @@ class Simulation(Moment):
                     "recorder is called with log rows: expected a function of them, or a Recorder; found "
                     f"{shown(recorder)}"
                 )
-            moment = Moment(self.scene, engine)
             observers = self._observers_for(observe)
+            moment = Moment(self.scene, engine)
             if observers:
                 (observers.go_on if isinstance(observe, Observed) else observers.begin)(moment, engine, end)
             engine.compile()

@@ -34,6 +34,8 @@ twice what the copy does (7 of 10 ns a contact). A short run does not take megab
 AT_ONCE = 2 * PAGE // KEPT.itemsize - 4
 """Rows that fill two large pages, with the room that ``record_table`` adds."""
 
+_NOTHING = nullcontext()
+
 RowFunction = Callable[[npt.NDArray[np.void]], None]
 """A function of rows of the log (``kinetile.kernel.log.LOG``), or of contacts."""
 
@@ -185,7 +187,7 @@ class Ledger:
         self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer
         nobody = recorder is counter is observer is None
-        return nullcontext() if nobody else self._read(waiting, recorder, moment)
+        return _NOTHING if nobody else self._read(waiting, recorder, moment)
 
     @contextmanager
     def _read(self, waiting: Sequence[Any], recorder: Any, moment: Moment) -> Iterator[None]:

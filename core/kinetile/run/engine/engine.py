@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -64,7 +64,17 @@ from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout, spans
 from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, squares_of_bodies
-from kinetile.run.engine.commands import ROWS, Agenda, Command, Planned, Rows, squares_of, to_the_front
+from kinetile.run.engine.commands import (
+    PACKED,
+    ROWS,
+    STILL,
+    Agenda,
+    Command,
+    Planned,
+    Rows,
+    squares_of,
+    to_the_front,
+)
 from kinetile.run.engine.contacts import Entries, Ledger
 from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.fields import Tables
@@ -81,6 +91,9 @@ NONE_BEHIND = 2**62
 
 MOST_UNITS = 2**62
 """Units of the clock that a run with bodies can have: contacts have them in 64 bits."""
+
+_ACTED_ON = {FAULT, BLOCKED, NO_ROOM, LOG_FULL, FASTER, CROWDED, COMMAND_DUE}
+"""The reasons of the loop that ask the engine for something; the others are what a run asks for."""
 
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
@@ -241,12 +254,14 @@ class Engine(Tables):
         self._demand_whole()
         self.busy = True
         try:
-            if self.fields.fault.code[0] == JAMMED and self.due:
-                self.fields.fault.code[0] = 0  # a command may end the jam
-            reads, rows = self.ledger.reads, len(self.k.met)  # where bodies pass, more of them need more room
-            if reads and len(self.k.log) < rows:
-                self.k = self.k._replace(log=layout.with_room(self.k.log, rows))
-            self.fields.lists.rows[0] = len(self.k.log) if reads else 0
+            fields, rows = self.fields, 0
+            if fields.fault.code[0] == JAMMED and self.due:
+                fields.fault.code[0] = 0  # a command may end the jam
+            if self.ledger.reads:
+                if len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
+                    self.k = self.k._replace(log=layout.with_room(self.k.log, len(self.k.met)))
+                rows = len(self.k.log)
+            fields.lists.rows[0] = rows
             if len(self.overlapping):
                 self._begin_passings()
                 self._take_over(self.now)
@@ -258,7 +273,8 @@ class Engine(Tables):
     def _run_loop(self, until: int, contacts: int, most: int, quota: int) -> int:
         """Runs the loop for a budget, adapted to ``CHUNK_SECONDS``, of events; returns its reason."""
         began = time.thread_time()
-        budget, before, heads = min(self._budget, most), self.now, layout.steps(self.count)
+        budget = most if most < self._budget else self._budget
+        before, heads = self.fields.now[0], layout.steps(self.count)
         try:
             reason = int(self.enter(until, budget, contacts, quota))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
@@ -270,8 +286,9 @@ class Engine(Tables):
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
-        if self.now > before:
-            layout.fit(self.k, self.fields, self.now - before, layout.steps(self.count) - heads)
+        went = self.fields.now[0] - before
+        if went > 0:
+            layout.fit(self.k, self.fields, went, layout.steps(self.count) - heads)
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
@@ -281,6 +298,8 @@ class Engine(Tables):
     def _respond(self, reason: int) -> int:
         """Acts on the reason for which the loop has stopped; returns the reason for a caller: BUDGET_SPENT
         after a chunk that only made room, COMMAND_DUE if it did for a command that has not run yet."""
+        if reason not in _ACTED_ON:
+            return reason
         if reason == FAULT:
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if reason == BLOCKED:
@@ -301,8 +320,6 @@ class Engine(Tables):
                 return COMMAND_DUE
             self._take_over(before)  # passings that the command has begun or ended: these count already
             watched = self.fields.stops.due[0]
-        if reason not in (NO_ROOM, LOG_FULL, FASTER, COMMAND_DUE):
-            return reason
         self.fields.stops.due[0] = 0
         return WATCHED if watched else BUDGET_SPENT
 
@@ -311,7 +328,7 @@ class Engine(Tables):
             raise PhaseError(f"this simulation cannot go on: {self.broken}") from self.broken
 
     def _take_over(self, before: int) -> None:
-        if self.now != before:
+        if self.fields.now[0] != before:
             self._requested = None
         self.ledger.take(self.k, self.fields, self.count.logged[0])
 
@@ -481,11 +498,11 @@ class Engine(Tables):
     # must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
     # above, and only when it would exceed the speed in force is the energy summed up again.
 
-    def command_rows(self, code: int, many: int = 1) -> Rows:
-        """Returns commands of the present moment; the caller fills in their bodies and effects."""
-        rows = np.frombuffer(bytearray(many * ROWS.itemsize), ROWS)  # for few, faster than zeros
-        rows["code"], rows["tick"], rows["after"] = code, self.now, self.met_now
-        return rows
+    def command_rows(self, code: int, many: int = 1, body: int = 0, disc: Sequence[float] = STILL) -> Rows:
+        """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and
+        mass as in ``STILL``; the caller fills in the others of several, and other effects."""
+        row = PACKED.pack(self.now, *disc, body, code, self.met_now, 0.0, 0.0, 0, 0, 0, 0)
+        return np.frombuffer(bytearray(row * many), ROWS)
 
     def carry_out(self, code: int, rows: Rows, shapes: tuple[Shape, ...] = ()) -> None:
         """Runs commands of one code, of the present tick, now, before any contact; ``shapes`` of inserted
@@ -532,7 +549,7 @@ class Engine(Tables):
                         self._run_commands()
                     rows["after"], rows["overtakes"] = self.met_now, self.due
                 self._behind = self._waiting
-                self.k = to_the_front(self.k, self.fields, rows)
+                to_the_front(self, rows)
                 self._run_commands()
             except Refused:
                 refused = self._waiting - self._behind

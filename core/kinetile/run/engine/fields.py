@@ -5,7 +5,7 @@ of a game; a view of a field's eight bytes that is made once costs a twentieth o
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,14 @@ def fields_of(table: Records) -> Fields:
     )
 
 
+class _Taken(NamedTuple):
+    """The occupied slots, with the numbers of their bodies, after so many insertions and removals."""
+
+    changes: tuple[int, int]
+    slots: npt.NDArray[np.intp]
+    numbers: npt.NDArray[np.int32]
+
+
 class Tables:
     """The kernel's tables, and values of them: ``fields`` of the clock, and ``count`` of the counts."""
 
@@ -34,11 +42,12 @@ class Tables:
     count: Fields
     state: Any
     _k: Kernel
-    _taken: tuple[tuple[int, int], npt.NDArray[np.intp]] | None
+    _taken: _Taken | None
     loop: Any
     _packed: Any = None
     _enter: Any = None
     _search: Any = None
+    _command_bytes: memoryview | None = None
 
     @property
     def k(self) -> Kernel:
@@ -49,7 +58,7 @@ class Tables:
     def k(self, tables: Kernel) -> None:
         if hasattr(self, "_k") and tables is self._k:
             return
-        self._packed = self._enter = self._search = None
+        self._packed = self._enter = self._search = self._command_bytes = None
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
             self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables
@@ -69,13 +78,30 @@ class Tables:
         return self._enter
 
     @property
+    def command_bytes(self) -> memoryview:
+        """The bytes of the table of commands."""
+        if self._command_bytes is None:
+            self._command_bytes = memoryview(self._k.commands.view(np.ndarray).view(np.uint8))
+        return self._command_bytes
+
+    @property
     def taken(self) -> npt.NDArray[np.intp]:
         """The occupied slots, in the order of the bodies' numbers, read-only."""
-        changes = self.count.inserted[0], self.count.removed[0]
-        if self._taken is None or self._taken[0] != changes:
-            self._taken = changes, slots_taken(self._k)
-            self._taken[1].flags.writeable = False
-        return self._taken[1]
+        changes, known = (self.count.inserted[0], self.count.removed[0]), self._taken
+        if known is None or known.changes != changes:
+            number = self._k.queue.view(np.ndarray)["number"]
+            slots = None if known is None or not len(known.slots) else self._with_newcomers(known, number)
+            if slots is None or len(slots) != self.fields.present[0]:
+                slots = slots_taken(self._k)
+            slots.flags.writeable = False
+            self._taken = known = _Taken(changes, slots, number[slots])
+        return known.slots
+
+    def _with_newcomers(self, known: _Taken, number: npt.NDArray[np.int32]) -> npt.NDArray[np.intp]:
+        """Returns those that are still taken by the same bodies, and the slots of higher numbers: all, unless
+        a planned body has come, whose number is older.."""
+        came = self._k.slots[known.numbers[-1] + 1 :]
+        return np.concatenate([known.slots[number[known.slots] == known.numbers], came[came >= 0]])
 
     @property
     def now(self) -> int:

@@ -18,7 +18,7 @@ from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.arguments import read_insertion
 from kinetile.run.engine import engine as engines
 from kinetile.run.engine.commands import LAST, History, to_the_front
-from kinetile.run.engine.fields import fields_of
+from kinetile.run.engine.fields import Tables
 from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import BUILT_IN, examples, first
 
@@ -42,11 +42,12 @@ steps = st.lists(
 @given(st.lists(st.integers(0, 6), max_size=8), steps)
 def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
     """Against a list. Some of those of this tick are carried out."""
-    k = allocate(1, 1, 1)
-    fields = fields_of(k.clock)
+    tables = Tables()
+    tables.k = allocate(1, 1, 1)
+    fields = tables.fields
     expected = [(tick, at) for at, tick in enumerate(sorted(planned))]
     if planned:
-        k = to_the_front(k, fields, numbered(0, sorted(planned)))
+        to_the_front(tables, numbered(0, sorted(planned)))
     given_so_far = 1000
     for what, many, done in steps:
         if what == "pass":
@@ -57,10 +58,10 @@ def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
             continue
         tick = fields.now[0]
         rows = numbered(given_so_far, [tick] * many)
-        k = to_the_front(k, fields, rows)
+        to_the_front(tables, rows)
         expected = [*((tick, given_so_far + at) for at in range(many)), *expected]
         behind = len([each for each in expected if each[0] > tick])
-        found = k.commands[fields.lists.command[0] : fields.lists.commands[0]]
+        found = tables.k.commands[fields.lists.command[0] : fields.lists.commands[0]]
         assert list(zip(found.tick.tolist(), found.body.tolist(), strict=True)) == expected
         done = min(done, len(expected) - behind)
         fields.lists.command[0] += done
