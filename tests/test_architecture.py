@@ -62,6 +62,8 @@ def test_a_name_for_instruments_is_on_their_page_and_of_use():
     used = {name for path in files for name in imported(path, "kinetile.instruments")}
     assert handed_on == used
     commands = {name for path in files for name in imported(path, "kinetile.cli.")}
+    named = re.compile(r"(?<!\.)\bcli\.(\w+)")
+    commands |= {name for path in files for name in named.findall(path.read_text(encoding="utf-8"))}
     rows = "".join(line for line in page.splitlines() if line.startswith("| "))
     assert set(re.findall(r"`(\w+)`", rows)) == handed_on | commands
 

@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     )
     from kinetile.scene.checks import abridged, shown
     from kinetile.scene.files import dumps_scene, loads_scene
-    from kinetile.scene.schema import read_bytes, read_tables
+    from kinetile.scene.schema import read_tables, read_text
     from kinetile.scene.values import VALUES, Value
     from kinetile.show.html import facts, figure, grid, paragraph
     from kinetile.show.picture import escape

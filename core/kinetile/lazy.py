@@ -1,4 +1,5 @@
-"""Names that a package imports at their first use, so that importing the package is cheap."""
+"""What is imported at its first use: the names of a package, so that importing it is cheap, and optional
+packages."""
 
 from __future__ import annotations
 
@@ -29,3 +30,13 @@ def lazy_names(package: str) -> tuple[list[str], Callable[[str], Any]]:
         raise no_attribute(module, name)
 
     return sorted(homes), attribute
+
+
+def needed(purpose: str, package: str, extra: str, module: str = "") -> Any:
+    """Returns the module of an optional package; MissingExtra where it is not installed."""
+    try:
+        return import_module(module or package)
+    except ImportError as error:
+        from kinetile.errors import MissingExtra
+
+        raise MissingExtra(purpose, package, extra) from error

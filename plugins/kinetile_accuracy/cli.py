@@ -12,20 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from kinetile.cli import options as cli
 from kinetile.cli.files import file_errors, try_folder
-from kinetile.cli.options import (
-    Csv,
-    Json,
-    MaxContacts,
-    Parameters,
-    SceneName,
-    Until,
-    argument,
-    find_scene,
-    flag,
-    option,
-    until_or_default,
-)
 from kinetile.cli.output import as_json, printed, rows_table, scene_summary, show
 from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, make_ready, notice
 from kinetile.errors import BadOption
@@ -52,13 +40,15 @@ _PARQUET = b"PAR1"
 
 @_command
 def oracle(
-    scene: SceneName,
-    parameters: Parameters = None,
-    until: Until = None,
-    max_contacts: MaxContacts = None,
-    against: Annotated[str | None, option("Say how far a run under this broad phase agrees.", "NAME")] = None,
-    json: Json = False,
-    csv: Csv = False,
+    scene: cli.SceneName,
+    parameters: cli.Parameters = None,
+    until: cli.Until = None,
+    max_contacts: cli.MaxContacts = None,
+    against: Annotated[
+        str | None, cli.option("Say how far a run under this broad phase agrees.", "NAME")
+    ] = None,
+    json: cli.Json = False,
+    csv: cli.Csv = False,
 ) -> None:
     """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs.
 
@@ -67,8 +57,8 @@ def oracle(
     with Bar("certifying") as bar:
         from kinetile_accuracy.oracle.oracle import Oracle
 
-        this_scene = find_scene(scene, parameters)
-        end = until_or_default(this_scene, until, max_contacts)
+        this_scene = cli.find_scene(scene, parameters)
+        end = cli.until_or_default(this_scene, until, max_contacts)
         options = {"until": end, "max_contacts": max_contacts, "against": against}
         if against is not None:
             found = _run_against(against, this_scene, end, max_contacts, bar)
@@ -169,26 +159,28 @@ def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
 
 @_command
 def certify_log(
-    scene: SceneName,
+    scene: cli.SceneName,
     log: Annotated[
         str,
-        argument("An event file, or lines 'epoch tick a b' in a text file; -: such lines on stdin.", "LOG"),
+        cli.argument(
+            "An event file, or lines 'epoch tick a b' in a text file; -: such lines on stdin.", "LOG"
+        ),
     ],
-    parameters: Parameters = None,
+    parameters: cli.Parameters = None,
     until: Annotated[
         float | None,
-        option(
+        cli.option(
             "Up to this time all contacts must be there; as in `run`, or what an event file says.", "TIME"
         ),
     ] = None,
-    max_contacts: MaxContacts = None,
-    json: Json = False,
+    max_contacts: cli.MaxContacts = None,
+    json: cli.Json = False,
 ) -> None:
     """Check a list of contacts by the specification; exit code 1, and the first line that is wrong.
 
     For example: kinetile certify-log random contacts.txt --until 1
     """
-    this_scene = find_scene(scene, parameters)
+    this_scene = cli.find_scene(scene, parameters)
     certifier = _certifier(log, this_scene, until, max_contacts)
     with Bar("certifying") as bar:
 
@@ -210,7 +202,7 @@ def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | 
     from kinetile.instruments import SIGNATURE, open_regular, read_contacts
     from kinetile_accuracy.specification.certify import LogCertifier
 
-    end = until_or_default(scene, until, max_contacts)
+    end = cli.until_or_default(scene, until, max_contacts)
     fingerprint: str | None = None
     with file_errors(f"the log {log!r} cannot be read"):
         if log == "-":
@@ -258,16 +250,17 @@ def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -
 
 @_command
 def accuracy(
-    quick: Annotated[bool, flag("Measure for about a minute.", "--quick")] = False,
-    full: Annotated[bool, flag("Measure for half an hour or so.", "--full")] = False,
+    quick: Annotated[bool, cli.flag("Measure for about a minute.", "--quick")] = False,
+    full: Annotated[bool, cli.flag("Measure for half an hour or so.", "--full")] = False,
     part: Annotated[
-        list[str] | None, option("Only this part: chart, queries, oracle, specification or drift.", "NAME")
+        list[str] | None,
+        cli.option("Only this part: chart, queries, oracle, specification or drift.", "NAME"),
     ] = None,
     out: Annotated[
         Path | None,
-        option("The folder for the page, its figures and the data; a new accuracy-report.", "DIR"),
+        cli.option("The folder for the page, its figures and the data; a new accuracy-report.", "DIR"),
     ] = None,
-    json: Json = False,
+    json: cli.Json = False,
 ) -> None:
     """Report speed against error: a page with its figures, and the data behind them.
 

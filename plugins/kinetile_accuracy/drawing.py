@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 from kinetile.instruments import figure_bytes, write_file
-from kinetile_accuracy.sections import Figure, needed
+from kinetile.lazy import needed
+from kinetile_accuracy.sections import Figure
 
 WIDTH = 6.9
 """Inches: the text width of an A4 page."""
@@ -42,11 +43,10 @@ def matplotlib_module(name: str = "matplotlib") -> Any:
     return needed("Drawing the figures", "matplotlib", "figures", name)
 
 
-@contextmanager
-def house_style() -> Iterator[None]:
+def house_style() -> AbstractContextManager[None]:
     """Within this context figures are drawn, and written, in the common style."""
-    with matplotlib_module().rc_context(_STYLE):
-        yield
+    context: AbstractContextManager[None] = matplotlib_module().rc_context(_STYLE)
+    return context
 
 
 def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: Any) -> tuple[Figure, Any]:

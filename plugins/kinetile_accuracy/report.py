@@ -13,6 +13,7 @@ from typing import Any
 from kinetile.cli.output import as_csv, as_json
 from kinetile.errors import BadOption
 from kinetile.instruments import figure, grid, paragraph, write_file
+from kinetile.lazy import needed
 from kinetile_accuracy.drawing import as_svg, house_style, save_figure
 from kinetile_accuracy.sections import (
     Budget,
@@ -22,7 +23,6 @@ from kinetile_accuracy.sections import (
     ReportProgress,
     Section,
     Table,
-    needed,
 )
 
 PARTS: Mapping[str, str] = {

@@ -14,10 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_type_hints
-
-from kinetile.errors import MissingExtra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
@@ -115,14 +112,6 @@ def grouped(rows: Iterable[Row], *names: str) -> dict[Any, list[Row]]:
         key = tuple(getattr(row, name) for name in names)
         found.setdefault(key[0] if len(names) == 1 else key, []).append(row)
     return found
-
-
-def needed(purpose: str, package: str, extra: str, module: str = "") -> Any:
-    """Returns the module of an optional package; MissingExtra where it is not installed."""
-    try:
-        return import_module(module or package)
-    except ImportError as error:
-        raise MissingExtra(purpose, package, extra) from error
 
 
 LEAST, MOST = 1e-3, 1e6

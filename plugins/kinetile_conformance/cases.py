@@ -37,7 +37,7 @@ from kinetile.instruments import (
     find_divergence,
     first_difference,
     outcome_of,
-    read_bytes,
+    read_text,
     slots_taken,
     write_file,
     write_phase,
@@ -334,7 +334,7 @@ def save_case(scene: Scene, path: Path, text: str, subject: Subject, check: str 
 def load_case(path: Path) -> SavedCase:
     """Reads a case; any other scene file is a case that names nothing."""
     scene = kt.load_scene(path)  # and so the file is one, in UTF-8
-    head = read_bytes(path).partition(b"\n")[0].removeprefix(b"# ")
+    head = read_text(path).partition("\n")[0].removeprefix("# ")
     with contextlib.suppress(ValueError, TypeError, RecursionError):
         return SavedCase(scene=scene, **json.loads(head))
     return SavedCase(scene=scene)

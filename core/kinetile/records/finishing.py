@@ -17,8 +17,9 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import MissingExtra, RecordError
+from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
+from kinetile.lazy import needed
 from kinetile.records.locks import open_left
 from kinetile.records.log import SIGNATURE, LogReader, Seal
 from kinetile.sources import open_regular
@@ -165,12 +166,8 @@ def is_log(path: Path) -> bool:
 
 def pyarrow_modules() -> tuple[Any, Any]:
     """Returns pyarrow and pyarrow.parquet; MissingExtra without them."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        raise MissingExtra("Reading and writing event files", "pyarrow", "records") from error
-    return pyarrow, pyarrow.parquet
+    what = "Reading and writing event files", "pyarrow", "records"
+    return needed(*what), needed(*what, "pyarrow.parquet")
 
 
 def reason(error: Exception) -> str:

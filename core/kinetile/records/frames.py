@@ -16,7 +16,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator
-from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +23,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, MissingExtra, RecordError, one_of
+from kinetile.errors import BadOption, RecordError, one_of
+from kinetile.lazy import needed
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
@@ -156,7 +156,7 @@ def frames(source: Simulation | Trajectory, times: Iterable[float], form: str = 
     """
     if form not in ("ase", "gsd"):
         raise BadOption(f"{form!r} is no form of frames in memory; expected {one_of(form, ('ase', 'gsd'))}")
-    module = gsd_module() if form == "gsd" else _needed("ase.io", "A frame as ase.Atoms", "ase")
+    module = gsd_module() if form == "gsd" else needed("A frame as ase.Atoms", "ase", "ase", "ase.io")
     scene, species = source.scene, _Species(source.scene)
     for step, frame in enumerate(frames_of(source, times)):
         if form == "gsd":
@@ -208,14 +208,7 @@ def check_form(path: Path) -> str:
 
 def gsd_module() -> Any:
     """Returns the module of the package gsd. Raises MissingExtra without it."""
-    return _needed("gsd.hoomd", "A GSD file", "export")
-
-
-def _needed(module: str, purpose: str, extra: str) -> Any:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise MissingExtra(purpose, module.partition(".")[0], extra) from error
+    return needed("A GSD file", "gsd", "export", "gsd.hoomd")
 
 
 _COLUMNS = (

@@ -32,8 +32,8 @@ from kinetile.scene.schema import (
     Place,
     expected,
     find_faults,
-    read_bytes,
     read_tables,
+    read_text,
     written,
 )
 from kinetile.scene.settings import Settings, check_end
@@ -46,17 +46,7 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 def load_scene(path: str | os.PathLike[str], *, max_bytes: int = MOST_BYTES) -> Scene:
     """Reads a scene from a TOML file, a regular one of at most ``max_bytes`` (64 MiB). Raises OSError if it
     cannot be read, and SceneError, with every mistake in it, if it is no scene."""
-    data = read_bytes(path, max_bytes)
-    source = os.fspath(path)
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        mistake = Mistake(
-            f"line {line}", f"bytes that are not UTF-8 ({error.reason})", "a TOML file in UTF-8"
-        )
-        raise SceneError([mistake], source) from error
-    return loads_scene(text, source)
+    return loads_scene(read_text(path, max_bytes), os.fspath(path))
 
 
 def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -> Scene:

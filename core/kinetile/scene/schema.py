@@ -250,6 +250,18 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> byt
     return data
 
 
+def read_text(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> str:
+    """Returns the text of a file, without a mark of byte order; raises as ``read_bytes``, and SceneError for
+    what is not UTF-8."""
+    data = read_bytes(path, max_bytes)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        where, found = data.count(b"\n", 0, error.start) + 1, f"bytes that are not UTF-8 ({error.reason})"
+        mistake = Mistake(f"line {where}", found, "a TOML file in UTF-8")
+        raise SceneError([mistake], os.fspath(path)) from error
+
+
 def read_tables(text: str, source: str | None) -> dict[str, Any]:
     """Returns the tables of a TOML text; ``source`` is its name in messages. Raises SceneError."""
     deep = _DEEP_KEY.search(text)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import MissingExtra
+from kinetile.lazy import needed
 from kinetile.plugin.drawing import Item, Segment
 from kinetile.run.simulation import Simulation
 from kinetile.scene.checks import demand
@@ -27,10 +27,7 @@ _MARGIN, _LINE, _FONT = 12, 20, 11  # of an image, in pixels
 
 def check_printing(purpose: str = "Drawing a picture as PNG or PDF") -> None:
     """Raises MissingExtra where pictures cannot be printed."""
-    try:
-        import_module("matplotlib")
-    except ImportError as error:
-        raise MissingExtra(purpose, "matplotlib", "figures") from error
+    needed(purpose, "matplotlib", "figures")
 
 
 def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:

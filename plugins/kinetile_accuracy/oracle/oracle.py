@@ -19,7 +19,8 @@ from typing import Any, Literal, NamedTuple
 
 from kinetile import Scene, Turn
 from kinetile.errors import Refused
-from kinetile_accuracy.sections import listed, needed
+from kinetile.lazy import needed
+from kinetile_accuracy.sections import listed
 
 CAP_BITS = 1 << 13
 """Bits at which the oracle gives up, by default."""

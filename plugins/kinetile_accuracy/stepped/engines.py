@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kinetile import Scene
 from kinetile.errors import Refused
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.sections import needed
+from kinetile.lazy import needed
 from kinetile_accuracy.stepped import snapshots
 from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun
 

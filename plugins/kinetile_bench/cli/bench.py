@@ -11,41 +11,23 @@ from typing import Annotated, Any
 
 import typer
 
+from kinetile.cli import options as cli
 from kinetile.cli.files import try_folder
-from kinetile.cli.options import (
-    Csv,
-    Json,
-    MaxContacts,
-    NarrowPhases,
-    Parameters,
-    Phases,
-    Repeats,
-    SceneName,
-    Seconds,
-    Until,
-    find_scene,
-    narrow_choice,
-    option,
-    phase_choices,
-    read_numbers,
-    some_phases,
-    until_or_default,
-)
 from kinetile.cli.output import printed, scene_summary, show
 from kinetile.cli.terminal import DIFFERENT, Bar, make_ready
 from kinetile.errors import BadOption
 
 
 def events(
-    phases: Phases = None,
+    phases: cli.Phases = None,
     bodies: Annotated[
-        str, option("Numbers of discs; the next square numbers are taken.", "N,...")
+        str, cli.option("Numbers of discs; the next square numbers are taken.", "N,...")
     ] = "25,100,400",
-    densities: Annotated[str, option("Area fractions.", "D,...")] = "0.5,0.25,0.125,0.01",
-    seconds: Seconds = 0.5,
-    repeats: Repeats = 6,
-    json: Json = False,
-    csv: Csv = False,
+    densities: Annotated[str, cli.option("Area fractions.", "D,...")] = "0.5,0.25,0.125,0.01",
+    seconds: cli.Seconds = 0.5,
+    repeats: cli.Repeats = 6,
+    json: cli.Json = False,
+    csv: cli.Csv = False,
 ) -> None:
     """Measure events a CPU second of each broad phase on the thesis's twelve scenes.
 
@@ -56,26 +38,26 @@ def events(
     from kinetile_bench.events import bench_events
 
     with Bar("measuring") as bar:
-        chosen = None if phases is None else phase_choices(phases)
-        sizes = read_numbers(bodies, int, "--bodies")
-        fractions = read_numbers(densities, float, "--densities")
+        chosen = None if phases is None else cli.phase_choices(phases)
+        sizes = cli.read_numbers(bodies, int, "--bodies")
+        fractions = cli.read_numbers(densities, float, "--densities")
         how: Any = {"seconds": seconds, "repeats": repeats, "start": make_ready, "progress": bar.count}
         _print_last(bench_events(chosen, sizes, fractions, **how), bar, json, csv)
 
 
 def thesis(
     phases: Annotated[
-        str, option("Broad phases.", "A,B,...")
+        str, cli.option("Broad phases.", "A,B,...")
     ] = "naive,sap-1d,sap-2d,sweep-tiling,cells,power",
-    seeds: Annotated[int, option("Run each scene with the seeds 1 to K.", "K", least=1)] = 6,
-    until: Annotated[float, option("How much time is simulated.", "T")] = 1.0,
-    seconds: Seconds = 0.01,
-    repeats: Repeats = 5,
+    seeds: Annotated[int, cli.option("Run each scene with the seeds 1 to K.", "K", least=1)] = 6,
+    until: Annotated[float, cli.option("How much time is simulated.", "T")] = 1.0,
+    seconds: cli.Seconds = 0.01,
+    repeats: cli.Repeats = 5,
     out: Annotated[
-        Path | None, option("Draw figures 23 and 24, and events a contact, into this folder.", "DIR")
+        Path | None, cli.option("Draw figures 23 and 24, and events a contact, into this folder.", "DIR")
     ] = None,
-    json: Json = False,
-    csv: Csv = False,
+    json: cli.Json = False,
+    csv: cli.Csv = False,
 ) -> None:
     """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold.
 
@@ -93,7 +75,7 @@ def thesis(
     with Bar("measuring") as bar:
         if not 0.0 < until < float("inf"):
             raise BadOption(f"--until is {until!r}; expected a time greater than 0")
-        chosen = some_phases(phases)
+        chosen = cli.some_phases(phases)
         if out is not None:  # before the measurement
             from kinetile_bench.thesis.figures import draw
 
@@ -104,16 +86,16 @@ def thesis(
 
 
 def scene(
-    scene: SceneName,
-    parameters: Parameters = None,
-    phases: Phases = None,
-    narrow_phase: NarrowPhases = None,
-    until: Until = None,
-    max_contacts: MaxContacts = None,
-    seconds: Seconds = 0.0,
-    repeats: Repeats = 3,
-    json: Json = False,
-    csv: Csv = False,
+    scene: cli.SceneName,
+    parameters: cli.Parameters = None,
+    phases: cli.Phases = None,
+    narrow_phase: cli.NarrowPhases = None,
+    until: cli.Until = None,
+    max_contacts: cli.MaxContacts = None,
+    seconds: cli.Seconds = 0.0,
+    repeats: cli.Repeats = 3,
+    json: cli.Json = False,
+    csv: cli.Csv = False,
 ) -> None:
     """Measure the broad phases on a scene of your own: `kinetile bench trace.toml` does.
 
@@ -124,24 +106,24 @@ def scene(
     from kinetile_bench.user_scene import bench_scene
 
     with Bar("measuring") as bar:
-        chosen = None if phases is None else some_phases(phases)
-        this_scene = find_scene(scene, parameters)
-        end = until_or_default(this_scene, until, max_contacts)
-        how: Any = {"max_contacts": max_contacts, "narrow_phases": narrow_choice(narrow_phase)}
+        chosen = None if phases is None else cli.some_phases(phases)
+        this_scene = cli.find_scene(scene, parameters)
+        end = cli.until_or_default(this_scene, until, max_contacts)
+        how: Any = {"max_contacts": max_contacts, "narrow_phases": cli.narrow_choice(narrow_phase)}
         how |= {"seconds": seconds, "repeats": repeats, "start": make_ready, "progress": bar.count}
         found = bench_scene(this_scene, chosen, end, **how)
         _print_last([found], bar, json, csv, lambda _: {"scene": scene_summary(this_scene)})
 
 
 def choose(
-    scene: SceneName,
-    parameters: Parameters = None,
-    phases: Phases = None,
-    until: Until = None,
-    seconds: Seconds = 0.1,
-    repeats: Repeats = 5,
-    json: Json = False,
-    csv: Csv = False,
+    scene: cli.SceneName,
+    parameters: cli.Parameters = None,
+    phases: cli.Phases = None,
+    until: cli.Until = None,
+    seconds: cli.Seconds = 0.1,
+    repeats: cli.Repeats = 5,
+    json: cli.Json = False,
+    csv: cli.Csv = False,
 ) -> None:
     """Try the broad phases on a scene for some thousands of contacts each, and recommend one.
 
@@ -152,8 +134,8 @@ def choose(
     from kinetile_bench import user_scene
 
     with Bar("measuring") as bar:
-        chosen = None if phases is None else some_phases(phases)
-        this_scene = find_scene(scene, parameters)
+        chosen = None if phases is None else cli.some_phases(phases)
+        this_scene = cli.find_scene(scene, parameters)
         how: Any = {"until": until, "seconds": seconds, "repeats": repeats}
         found = user_scene.choose(this_scene, chosen, start=make_ready, progress=bar.count, **how)
         _print_last([found], bar, json, csv, lambda _: {"scene": scene_summary(this_scene)})

@@ -28,9 +28,9 @@ from kinetile.instruments import (
     holds_several,
     loads_scene,
     parameter_mistakes,
-    read_bytes,
     read_phase,
     read_tables,
+    read_text,
     recipe_parameters,
     shown,
 )
@@ -121,18 +121,10 @@ def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
     """Reads a study from a TOML file. Raises OSError, and StudyError with every mistake in it."""
     source = os.fspath(path)
     try:
-        tables = read_tables(_read_text(path), source)
+        tables = read_tables(read_text(path), source)
     except SceneError as error:  # what reads TOML for scenes
         raise StudyError(error.mistakes, source) from error
     return read_plan(tables, source)
-
-
-def _read_text(path: str | os.PathLike[str]) -> str:
-    try:
-        return read_bytes(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        mistake = Mistake(f"byte {error.start}", f"bytes that are not UTF-8 ({error.reason})", "UTF-8")
-        raise SceneError([mistake]) from error
 
 
 def read_plan(tables: Mapping[str, Any], source: str | None = None) -> StudyPlan:
@@ -279,7 +271,7 @@ class _Reader:
         if "parameters" in given:
             self.wrong(f"{where}.parameters", "parameters of a file", "those of a recipe")
         try:
-            text = _read_text(self.folder / name)
+            text = read_text(self.folder / name)
             scene = loads_scene(text, name)
         except OSError as error:
             reason = f"{shown(name)}, which cannot be read ({error.strerror or error})"
