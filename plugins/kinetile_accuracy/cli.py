@@ -284,7 +284,9 @@ def accuracy(
             raise BadOption("--quick and --full exclude each other: expected one of them")
         budget: Budget = "quick" if quick else "full" if full else "normal"
         parts = list(dict.fromkeys(part)) if part else None
-        out = out or _free_folder()
+        if out is None:
+            names = ("accuracy-report" if k == 1 else f"accuracy-report-{k}" for k in count(1))
+            out = next(each for each in map(Path, names) if not (each / "accuracy.html").exists())
         check_parts(parts)
         check_packages(parts)
         try_folder("--out", out, keep=True)
@@ -294,12 +296,6 @@ def accuracy(
             bar.close()
             if done:
                 _write_page(done, out, budget, json)
-
-
-def _free_folder() -> Path:
-    """Returns the first of accuracy-report, accuracy-report-2, ... that holds no report."""
-    names = ("accuracy-report" if k == 1 else f"accuracy-report-{k}" for k in count(1))
-    return next(folder for folder in map(Path, names) if not (folder / "accuracy.html").exists())
 
 
 def _print_section(section: Section) -> None:

@@ -23,6 +23,7 @@ from kinetile_accuracy.sections import (
     ReportProgress,
     Section,
     Table,
+    cell,
 )
 
 PARTS: Mapping[str, str] = {
@@ -196,7 +197,9 @@ def _table(section: Section, table: Table) -> Iterator[str]:
     ]
     title = f"All columns: {section.name}-{table.name}.csv"
     yield f"<details>\n<summary>{escape(table.caption)}</summary>"
-    yield grid(title, list(table.heads.values()), table.cells, table.are_numbers)
+    values = [[getattr(row, name) for name in table.heads] for row in table.rows]
+    numbers = [any(type(each) in (int, float) for each in column) for column in zip(*values, strict=True)]
+    yield grid(title, list(table.heads.values()), [list(map(cell, row)) for row in values], numbers)
     yield grid("The columns", ("column", "what it is"), meanings, (False, False))
     yield "</details>"
 

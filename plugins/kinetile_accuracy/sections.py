@@ -55,17 +55,6 @@ class Table:
         """The headings of the fields that the page shows."""
         return {name: column.head for name, column in self.columns.items() if column.head}
 
-    @property
-    def cells(self) -> list[list[str]]:
-        """The rows as the page shows them."""
-        return [[cell(getattr(row, name)) for name in self.heads] for row in self.rows]
-
-    @property
-    def are_numbers(self) -> list[bool]:
-        """Whether each column that the page shows is one of numbers."""
-        columns = ([getattr(row, name) for row in self.rows] for name in self.heads)
-        return [any(type(value) in (int, float) for value in values) for values in columns]
-
 
 @dataclass(frozen=True)
 class ReportFigure:

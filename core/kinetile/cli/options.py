@@ -87,10 +87,6 @@ MARKUP: Any = "rich" if sys.stdout is not None and sys.stdout.isatty() else None
 """Help has frames on a terminal alone: in a pipe they would be padding."""
 
 
-def _no_type(ctx: Any) -> None:
-    """What help says of the type of an argument."""
-
-
 class CommandGroup(TyperGroup):
     """Commands; a file in the place of one is answered with the command that takes it."""
 
@@ -101,7 +97,7 @@ class CommandGroup(TyperGroup):
             command.rich_markup_mode = MARKUP
             for each in command.params:
                 if isinstance(each, TyperArgument):  # Typer has no option to leave its type out
-                    each.display_type_rich = _no_type  # type: ignore[method-assign]
+                    each.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
         return command
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -105,9 +105,7 @@ class Polygon(_Shape):
 
 
 @dataclass(frozen=True, slots=True)
-class Link(_Shape):
-    """A line between the centres of two bodies, by slot or number as in ``At``; else like ``Segment``."""
-
+class _OfTwo(_Shape):
     role: Role
     a: int
     b: int
@@ -115,16 +113,17 @@ class Link(_Shape):
     label: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Entry(_Shape):
+class Link(_OfTwo):
+    """A line between the centres of two bodies, by slot or number as in ``At``; else like ``Segment``."""
+
+    __slots__ = ()
+
+
+class Entry(_OfTwo):
     """An entry in row a, column b of a matrix of all bodies, and in row b, column a; else like ``Link``. It
     has no position in the scene: a page shows the matrix beside it, a picture leaves it out."""
 
-    role: Role
-    a: int
-    b: int
-    fails: int | None = None
-    label: str = ""
+    __slots__ = ()
 
 
 Item: TypeAlias = Segment | Box | Polygon | Link | Entry

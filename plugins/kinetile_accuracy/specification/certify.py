@@ -5,7 +5,7 @@ compares each line with its next event: a list is right to the end or wrong at o
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -35,7 +35,6 @@ _OFTEN = 256
 
 _PLAN = ("x", "y", "vx", "vy")
 _NAMES = ["epoch", "tick", "a", "b"]
-_AT_ONCE = 1 << 14
 
 _IDLE = UNIT_TICKS << 20
 """Ticks without a contact after which a run that ends after so many contacts is given up."""
@@ -161,8 +160,8 @@ class LogCertifier:
         end = None if until is None else tick_of(until, scene.start, bits)
         contacts, held = 0, list[CourseEvent]()
         untimely = self._untimely(bits)
-        for index, found in enumerate(self._plain_lines()):
-            epoch, tick, a, b = found
+        for index, row in enumerate(self._rows[_NAMES]):
+            epoch, tick, a, b = found = row.item()
             line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
             if progress is not None and index % _OFTEN == 0:
                 progress(LogProgress(index, len(self._rows), scene.start + course.now * course.tick))
@@ -212,11 +211,6 @@ class LogCertifier:
         units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
         off = self._rows["time"] != self.scene.start + units * 2.0**-bits
         return int(off.argmax()) if off.any() else -1
-
-    def _plain_lines(self) -> Iterator[Line]:
-        for first in range(0, len(self._rows), _AT_ONCE):
-            some = self._rows[first : first + _AT_ONCE]
-            yield from zip(*(some[name].tolist() for name in _NAMES), strict=True)
 
     def _due(self, course: Course, end: int) -> CourseEvent | None:
         """Returns the next event that the list must have; events that it leaves out are carried out."""
