@@ -7,7 +7,6 @@ Part of such a sentence is the known name nearest to an unknown one. Edit distan
 from __future__ import annotations
 
 import inspect
-import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import wraps
@@ -82,7 +81,7 @@ class UnknownName(KinetileError, LookupError):
         self.name = name
         self.suggestion = suggestion
         self.available = tuple(available)
-        self.failures = tuple(failures)
+        self.failures = tuple(map(str, failures))  # they hold exceptions of plugins, which may hold anything
         meant = f"; did you mean {suggestion!r}?" if suggestion else "."
         meant = f": it is a {other}." if other else meant
         if kind == "scene" and str(name).endswith(".toml"):
@@ -90,10 +89,6 @@ class UnknownName(KinetileError, LookupError):
         lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
         lines += [f"not loaded: {failure}" for failure in self.failures]
         super().__init__("\n".join(lines))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        failures = tuple(map(_portable, self.failures))  # they hold exceptions of plugins
-        return _as_raised, (type(self), self.args, self.__dict__ | {"failures": failures})
 
 
 class DuplicateName(KinetileError, ValueError):
@@ -424,15 +419,6 @@ def _as_raised(
     super(KinetileError, error).__init__(*args)
     vars(error).update(attributes)
     return error
-
-
-def _portable(value: Any) -> Any:
-    """Returns a value if it survives a pickle, or else its text."""
-    try:
-        pickle.loads(pickle.dumps(value))
-    except Exception:  # a foreign class may raise anything here
-        return str(value)
-    return value
 
 
 def _fold(name: str) -> str:

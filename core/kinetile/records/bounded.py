@@ -12,6 +12,7 @@ import numpy.typing as npt
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import LOG
+from kinetile.scene import Scene
 
 
 class TooManyRows(KinetileError):
@@ -40,8 +41,8 @@ class BoundedRows:
     """A recorder that keeps the first ``limit`` rows of a run, and ends it with TooManyRows after them: those
     of whole moments (``_whole_until``), up to the time ``end``."""
 
-    def __init__(self, limit: int, clock: Clock) -> None:
-        self.limit, self.clock = limit, clock
+    def __init__(self, limit: int, scene: Scene) -> None:
+        self.limit, self.clock = limit, Clock(scene.start, scene.time_unit)
         self.end = math.inf
         self._parts: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
         self._count = 0

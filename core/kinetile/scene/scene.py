@@ -252,13 +252,8 @@ class Scene:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor: unpickled arrays would otherwise be writable.
-        arrays = (self.position, self.velocity, None if self.shapes else self.radius, self.mass)
-        more: tuple[Any, ...] = (self.start, self.settings, dict(self.origin), self.commands, self.unit)
-        more += (self.kind, dict(self.responses), self.kinds, self.periodic)
-        more += (self.shape, self.shapes) if self.shapes else (None, ()) if self.bent or self.names else ()
-        more += (self.gravity, self.own_acceleration) if self.bent else (None, None) if self.names else ()
-        more += (self.names,) if self.names else ()
-        return (Scene, (*arrays, self.arena, (), *more))
+        given = arguments_of(self)._replace(responses=dict(self.responses))
+        return Scene, given[: given._fields.index("obstacles")]
 
     def _bits(self) -> tuple[bytes, ...]:
         """Returns everything that is simulated as bytes: -0.0 is not 0.0."""

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from kinetile.errors import BadOption
-from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import REMOVED
 from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.records.bounded import BoundedRows, TooManyRows
@@ -87,7 +86,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     present = sim.bodies, np.column_stack([sim.positions(), sim.velocities(), sim.accelerations()])
     going = {int(body): (begin, BentPlan(*plan.tolist())) for body, plan in zip(*present, strict=True)}
     parts = PARTS if scene.pull[which] else 1
-    rows = BoundedRows(MOST_PIECES // parts, Clock(scene.start, scene.time_unit))
+    rows = BoundedRows(MOST_PIECES // parts, scene)
     try:
         sim.run(until, recorder=rows)
     except TooManyRows as error:

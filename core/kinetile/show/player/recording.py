@@ -102,8 +102,8 @@ def record(
     number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
     fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to
     ``MOST_PAIRS`` at the beginning, without steps of up to as many bodies."""
-    clock = Clock(scene.start, scene.time_unit)
-    rows = BoundedRows(MOST_ROWS, clock)
+    rows = BoundedRows(MOST_ROWS, scene)
+    clock = rows.clock
     notes: list[str] = []
     plans, passing = Plans.of(scene, rows.rows), list[tuple[int, ...]]()
     first = clock.ticks(begin)

@@ -176,8 +176,7 @@ def view_file(path: str | os.PathLike[str]) -> View:
     """Returns a view of an event file, as far as a page takes it. RecordError as ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
     scene, end, notes = trajectory.scene, trajectory.end, [_NO_STRUCTURE]
-    clock = Clock(scene.start, scene.time_unit)
-    kept = BoundedRows(MOST_ROWS, clock)
+    kept = BoundedRows(MOST_ROWS, scene)
     try:
         kept(trajectory.rows)
     except TooManyRows:
@@ -185,7 +184,7 @@ def view_file(path: str | os.PathLike[str]) -> View:
         further = 'The rest is in views of its scene, read_events(FILE).metadata["scene"].'
         notes.append(f"{shown_up_to(kept, '')} {further} {next_window(end)}")
     rows = kept.rows
-    plans, last = Plans.of(scene, rows), clock.ticks(end)
+    plans, last = Plans.of(scene, rows), kept.clock.ticks(end)
     recording = Recording("as recorded", plans, rows, 0, last, None, tuple(notes))
     return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
 
