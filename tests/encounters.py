@@ -15,14 +15,7 @@ from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
-from kinetile_accuracy.specification.arithmetic import (
-    UNIT_BITS,
-    FlightPlan,
-    Frame,
-    PairQuadratic,
-    parting_tick,
-    wall_tick,
-)
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, PairQuadratic, wall_tick
 
 FAR = 1 << 62
 ENCOUNTER = np.dtype(
@@ -105,9 +98,9 @@ def true_answer(
     frame = Frame(sides or None, 1 - math.frexp(tick)[1] - UNIT_BITS, sides or (0.0, 0.0))
     one = FlightPlan(x, y, vx, vy, 0, radius, frame)
     two = FlightPlan(x2, y2, vx2, vy2, int(elapsed), radius2, frame)
-    image = int(m), int(n)
-    met, parted = PairQuadratic(one, two, frame, image).tick(), parting_tick(one, two, frame, image)
-    touch, part = (NEVER if found is None else found - int(elapsed) for found in (met, parted))
+    pair = PairQuadratic(one, two, frame, (int(m), int(n)))
+    found = pair.tick(), pair.parting_tick()
+    touch, part = (NEVER if tick is None else tick - int(elapsed) for tick in found)
     return [touch, touch, part, touch]
 
 

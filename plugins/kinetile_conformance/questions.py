@@ -26,7 +26,7 @@ from kinetile import Scene, Settings
 from kinetile.errors import KinetileError, SceneError
 from kinetile.instruments import WALLS, dumps_scene
 from kinetile.toolbox import Plan, positions_after
-from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, pair_tick, unit_bits
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, PairQuadratic, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference, contact
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome, told
@@ -442,12 +442,13 @@ def meeting(scene: Scene, by: float, before: float) -> float | None:
     sizes = scene.radius * by
     columns = np.column_stack([places, scene.velocity, sizes]).tolist()
     one, two = (FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns)
+    pair = PairQuadratic(one, two)
     if scene.shapes:
         shapes = (scaled(scene.shapes[at], by) for at in scene.shape)
-        met = contact(Difference(*shapes), one, two)
+        met = contact(Difference(*shapes), pair)
         tick = met and met.tick
     else:
-        tick = pair_tick(one, two)
+        tick = pair.tick()
     return None if tick is None else math.ldexp(tick, -UNIT_BITS - bits) - before
 
 

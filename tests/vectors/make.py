@@ -30,9 +30,9 @@ from kinetile_accuracy.specification import shapes
 from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Frame,
+    PairQuadratic,
     anchored,
     exchanged_along,
-    pair_tick,
     tick_of,
     unit_bits,
     wall_tick,
@@ -69,7 +69,8 @@ def doubles(words: Iterable[str]) -> Any:
 def contact(e: int, *plans: Words) -> str | None:
     """Rule 5: the tick, or None."""
     frame = Frame(None, e)
-    tick = pair_tick(*(_plan(words[:4], words[5], frame, float.fromhex(words[4])) for words in plans))
+    both = (_plan(words[:4], words[5], frame, float.fromhex(words[4])) for words in plans)
+    tick = PairQuadratic(*both).tick()
     return None if tick is None else str(tick)
 
 
@@ -82,7 +83,7 @@ def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
 def bent_contact(e: int, met: bool, *plans: Words) -> str | None:
     """Rules 5a and 7a: the tick, or None."""
     frame = Frame(None, e)
-    tick = bent_tick(None, *(_bent_plan(words, frame) for words in plans), frame, (0, 0), met, -FAR)
+    tick = bent_tick(None, PairQuadratic(*(_bent_plan(words, frame) for words in plans)), met, -FAR)
     return None if tick is None else str(tick)
 
 
@@ -140,8 +141,8 @@ def tick(e: int, start: str, time: str) -> str:
 def shape_contact(e: int, *bodies: Body) -> list[Any] | None:
     """Rule 5s: the tick, "face" or "corner", and its number; or None."""
     frame = Frame(None, e)
-    one, two = (_plan(plan[:4], plan[4], frame) for _, _, plan in bodies)
-    met = shapes.contact(_difference(*bodies), one, two)
+    plans = (_plan(plan[:4], plan[4], frame) for _, _, plan in bodies)
+    met = shapes.contact(_difference(*bodies), PairQuadratic(*plans))
     return met and [str(met.tick), *met.feature]
 
 

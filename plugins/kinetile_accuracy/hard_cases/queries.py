@@ -20,7 +20,7 @@ from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks
 from kinetile_accuracy.sections import Column, number
-from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic, pair_tick
+from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic
 
 COUNTS: dict[sections.Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
 KERNEL, TEXTBOOK = "kernel", "textbook"
@@ -109,7 +109,7 @@ def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
 def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> QueryRow:
     """Returns the row of the answers of a form to queries, compared with the exact ticks."""
     plans = queries.plans()
-    exact = [pair_tick(*pair) for pair in plans]
+    exact = [PairQuadratic(*pair).tick() for pair in plans]
     answers = [None if tick == NEVER else tick for tick in ticks.tolist()]
     pairs = list(zip(answers, exact, strict=True))
     depths = [

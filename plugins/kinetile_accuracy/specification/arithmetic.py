@@ -211,10 +211,15 @@ class PairQuadratic:
         wait = (-self.b - root - (root * root != discriminant)) // self.a
         return self.since + wait if wait < HORIZON else None
 
-
-def pair_tick(one: FlightPlan, two: FlightPlan) -> int | None:
-    """Returns the tick of contact of two bodies by their plans (rule 5); None: none."""
-    return PairQuadratic(one, two).tick()
+    def parting_tick(self) -> int | None:
+        """Returns the tick at which two discs part that pass through each other (rule 11p), or None."""
+        discriminant = self.b * self.b - self.a * self.c
+        if self.c > 0 and (self.b >= 0 or discriminant <= 0):
+            return self.since
+        if self.a == 0:
+            return None
+        wait = (math.isqrt(discriminant) - self.b) // self.a
+        return self.since + wait if wait < HORIZON else None
 
 
 def image_tick(
@@ -245,19 +250,6 @@ def image_tick(
         if found:
             return min(found)
     return None
-
-
-def parting_tick(one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole) -> int | None:
-    """Returns the tick at which two discs part that pass through each other (rule 11p); None: none."""
-    course = PairQuadratic(one, two, frame, image)
-    a, b, c = course.a, course.b, course.c
-    under = b * b - a * c
-    if c > 0 and (b >= 0 or under <= 0):
-        return course.since
-    if a == 0:
-        return None
-    wait = (math.isqrt(under) - b) // a
-    return course.since + wait if wait < HORIZON else None
 
 
 def wall_tick(

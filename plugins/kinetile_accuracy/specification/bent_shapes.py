@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from kinetile_accuracy.specification import bent
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQuadratic, Whole
+from kinetile_accuracy.specification.arithmetic import PairQuadratic
 from kinetile_accuracy.specification.bent import HORIZON, Polynomial
 from kinetile_accuracy.specification.shapes import Difference, Exact, Face, dot, less, whole
 
@@ -24,19 +24,10 @@ Parabola = Sequence[Exact]
 """d(n), by its three coefficients: vectors."""
 
 
-def bent_tick(
-    m: Difference | None,
-    one: FlightPlan,
-    two: FlightPlan,
-    frame: Frame,
-    image: Whole,
-    met: bool,
-    earliest: int,
-) -> int | None:
+def bent_tick(m: Difference | None, course: PairQuadratic, met: bool, earliest: int) -> int | None:
     """Returns the tick of contact of two bodies of a scene with accelerations, not before the ``earliest``;
     None: none. ``m`` is the difference of their shapes, None of discs; ``met``: they have just met each
     other."""
-    course = PairQuadratic(one, two, frame, image)
     start = max(earliest - course.since, 0)
     if m is not None and len(m.corners) > 1:
         wait = contact(m, course.exact(), start, met)
@@ -47,11 +38,8 @@ def bent_tick(
     return None if wait is None else course.since + wait
 
 
-def bent_parting_tick(
-    m: Difference | None, one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, begun: int
-) -> int | None:
+def bent_parting_tick(m: Difference | None, course: PairQuadratic, begun: int) -> int | None:
     """Returns the tick at which two such bodies part that have ``begun`` to pass through each other."""
-    course = PairQuadratic(one, two, frame, image)
     start = max(begun - course.since, 0)
     if m is not None and len(m.corners) > 1:
         wait = parting(m, course.exact(), start)

@@ -28,7 +28,16 @@ from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Shape, Tu
 from kinetile.instruments import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
 from kinetile_accuracy.specification.answers import LONG_AGO, OUT, Answers, Support, across, both_hold, part
-from kinetile_accuracy.specification.arithmetic import BEAT, HORIZON, SPAN, FlightPlan, Frame, Vector, Whole
+from kinetile_accuracy.specification.arithmetic import (
+    BEAT,
+    HORIZON,
+    SPAN,
+    FlightPlan,
+    Frame,
+    PairQuadratic,
+    Vector,
+    Whole,
+)
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
 from kinetile_accuracy.specification.shapes import Difference
 
@@ -414,11 +423,11 @@ class Course:
         """Enters the end of a passing, if it has one by the present plans."""
         a, b, image = passing
         m = self._difference(a, b)
-        flight, begun = (self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
+        flight, begun = PairQuadratic(self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
         if self.bent:
-            tick = bent_shapes.bent_parting_tick(m, *flight, begun)
+            tick = bent_shapes.bent_parting_tick(m, flight, begun)
         else:
-            tick = arithmetic.parting_tick(*flight) if m is None else shapes.parting(m, *flight)
+            tick = flight.parting_tick() if m is None else shapes.parting(m, flight)
         if tick is not None:
             tick = max(tick, begun + 1)
             heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b], image))
@@ -481,11 +490,12 @@ class Course:
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
+            flight = PairQuadratic(one, two, self.frame, image)
             if self.bent:
-                return bent_shapes.bent_tick(m, one, two, self.frame, image, image == barred, earliest)
+                return bent_shapes.bent_tick(m, flight, image == barred, earliest)
             if m is None:
-                return arithmetic.PairQuadratic(one, two, self.frame, image).tick()
-            met = shapes.contact(m, one, two, self.frame, image)
+                return flight.tick()
+            met = shapes.contact(m, flight)
             return None if met is None else met.tick
 
         if self._periodic:

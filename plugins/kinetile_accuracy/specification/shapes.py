@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 from kinetile import Shape
 from kinetile_accuracy.specification import arithmetic
-from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, Vector, Whole
+from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, PairQuadratic, Vector
 from kinetile_accuracy.specification.bent import first_fall
 
 Exact = tuple[Fraction, Fraction]
@@ -97,24 +97,14 @@ def _direction(normal: Exact) -> tuple[bool, Fraction, bool]:
     return y != 0, Fraction(0) if y == 0 else -x / y, downward
 
 
-def contact(
-    m: Difference,
-    one: FlightPlan,
-    two: FlightPlan,
-    frame: Frame | None = None,
-    image: Whole = (0, 0),
-) -> Contact | None:
-    """Returns the contact of two bodies by their difference and plans (rule 5s), through an image."""
-    course = arithmetic.PairQuadratic(one, two, frame, image)
+def contact(m: Difference, course: PairQuadratic) -> Contact | None:
+    """Returns the contact of two bodies by their difference and plans (rule 5s)."""
     found = entry(m, *course.exact()[:2])
     return found and found._replace(tick=course.since + found.tick)
 
 
-def parting(
-    m: Difference, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
-) -> int | None:
+def parting(m: Difference, course: PairQuadratic) -> int | None:
     """Returns the tick at which two bodies part that pass through each other (rule 11s); None: none."""
-    course = arithmetic.PairQuadratic(one, two, frame, image)
     wait = exit_(m, *course.exact()[:2])
     return None if wait is None else course.since + wait
 

@@ -13,7 +13,7 @@ from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import hook
 from kinetile.toolbox.differences import difference_row
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQuadratic
 from kinetile_accuracy.specification.bent_shapes import bent_parting_tick, bent_tick
 from kinetile_accuracy.specification.shapes import Difference
 from lanes import first
@@ -73,10 +73,8 @@ def check(seed: int) -> tuple[int, int]:
         FlightPlan(x[k], y[k], x[k + 1], y[k + 1], anchor, 0.0, frame, pull=(x[k + 2], y[k + 2]))
         for k, anchor in ends
     ]
-    wanted = (
-        bent_tick(m, *plans, frame, (0, 0), met, elapsed + since),
-        bent_parting_tick(m, *plans, frame, (0, 0), elapsed + since),
-    )
+    pair = PairQuadratic(*plans)
+    wanted = bent_tick(m, pair, met, elapsed + since), bent_parting_tick(m, pair, elapsed + since)
     row = np.array(difference_row((one.core, one.radius), (two.core, two.radius)))
     answers = ask(row, *paths, elapsed, int(met), since)
     found = tuple(None if each == NEVER else int(each) + elapsed for each in answers)

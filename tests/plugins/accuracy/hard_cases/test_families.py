@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kinetile_accuracy.hard_cases.families import FAMILIES, LATER, TIED, Queries
-from kinetile_accuracy.specification.arithmetic import SPAN, FlightPlan, PairQuadratic, pair_tick
+from kinetile_accuracy.specification.arithmetic import SPAN, FlightPlan, PairQuadratic
 
 NAMES = [family.name for family in FAMILIES]
 COUNT = 240
@@ -36,7 +36,7 @@ def test_it_is_drawn_the_same_each_time_and_has_what_it_takes(name: str) -> None
     assert asked.radius.shape == asked.anchor.shape == (COUNT, 2)
     assert (asked.radius > 0.0).all()
     assert np.isfinite(asked.position).all()
-    hits = sum(pair_tick(*plans) is not None for plans in asked.plans())
+    hits = sum(PairQuadratic(*plans).tick() is not None for plans in asked.plans())
     assert hits > 0.25 * COUNT
     if name not in ("far apart", "simultaneous"):
         assert hits < 0.75 * COUNT
@@ -55,7 +55,7 @@ def test_a_quarter_is_tangent_and_the_others_are_within_an_ulp() -> None:
     assert 0.2 < (beyond == 0.0).mean() < 0.3
     assert 0.2 < (beyond > 0.0).mean() < 0.3
     assert 0.0 < np.abs(beyond).max() < 4.5 * 2.0**-53
-    met = [pair_tick(*plans) is not None for plans in asked.plans()]
+    met = [PairQuadratic(*plans).tick() is not None for plans in asked.plans()]
     assert met == (beyond < 0.0).tolist()
 
 

@@ -6,7 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, pair_tick, product_error
+from kinetile_accuracy.specification.arithmetic import (
+    HORIZON,
+    FlightPlan,
+    Frame,
+    PairQuadratic,
+    product_error,
+)
 from kinetile_accuracy.specification.bounds import ContactBounds
 
 VECTORS = Path(__file__).parents[3] / "vectors" / "contacts"
@@ -24,7 +30,7 @@ def test_no_contact_is_before_its_bound_and_the_order_of_two_bodies_does_not_mat
             FlightPlan(x, y, vx, vy, int(words[5]), radius, frame)
             for (x, y, vx, vy, radius), words in zip(numbers, (one, two), strict=True)
         ]
-        assert pair_tick(*plans) == pair_tick(*plans[::-1]) == tick
+        assert PairQuadratic(*plans).tick() == PairQuadratic(*plans[::-1]).tick() == tick
         since = max(each.anchor for each in plans)
         if since - min(each.anchor for each in plans) > HORIZON:
             continue  # one of them would have been anchored before
