@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -17,8 +16,6 @@ from kinetile.plugin.choices import read_phase, read_phases
 from kinetile.targets import write_file
 
 if TYPE_CHECKING:
-    from kinetile.run.simulation import Simulation
-    from kinetile.scene import Scene
     from kinetile.show.player import View
     from kinetile.show.player.view import Choice
 
@@ -86,7 +83,17 @@ def draw(
         with Bar("running", this_scene.start) as bar:
             simulation.run(until=at, progress=bar)
     if space_time is None:
-        drawn = _drawn(simulation, wanted, pairs, form, velocities)
+        from kinetile.show.picture import MOST_PAIRS, take_picture
+        from kinetile.show.printed import as_printed
+        from kinetile.show.svg import as_svg
+
+        try:
+            picture = take_picture(simulation, wanted, pairs=pairs)
+        except ValueError as error:
+            raise BadOption(f"--roles: {error}") from error
+        if picture.left_out:
+            notice(f"kinetile: pairs are left out, they are more than {MOST_PAIRS}; --pairs draws them")
+        drawn = as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
     else:
         from kinetile.show.space_time import space_time_svg, take_space_time
 
@@ -96,22 +103,6 @@ def draw(
         drawn = space_time_svg(take_space_time(simulation, end, space_time))
     with file_errors(f"--out {out}"):
         write_file(out, drawn)
-
-
-def _drawn(
-    simulation: Simulation, roles: list[str] | None, pairs: bool | None, form: str, velocities: bool
-) -> bytes:
-    from kinetile.show.picture import MOST_PAIRS, take_picture
-    from kinetile.show.printed import as_printed
-    from kinetile.show.svg import as_svg
-
-    try:
-        picture = take_picture(simulation, roles, pairs=pairs)
-    except ValueError as error:
-        raise BadOption(f"--roles: {error}") from error
-    if picture.left_out:
-        notice(f"kinetile: pairs are left out, they are more than {MOST_PAIRS}; --pairs draws them")
-    return as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
 
 
 def view(
@@ -160,8 +151,8 @@ def view(
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
     if form == ".html":
-        for name in options:
-            raise BadOption(f"--{name} is for a film: expected --out FILE.gif")
+        for given in options:
+            raise BadOption(f"--{given} is for a film: expected --out FILE.gif")
         page = _view(scene, parameters, broad_phase, beside, (begin, until, at), steps, pairs)
         for note in page.notes:
             notice(f"kinetile: {note}")
@@ -169,39 +160,28 @@ def view(
     else:
         if beside is not None or at is not None or scene.lower().endswith(".parquet"):
             raise BadOption("a film shows a scene under one broad phase: no --beside, --at, event file")
-        options |= {"structure": steps, "pairs": pairs}
-        _write_film(cli.find_scene(scene, parameters), broad_phase, out, (begin, until), overwrite, options)
+        from kinetile.run.simulation import Simulation
+        from kinetile.show.film import film
+        from kinetile.show.player.view import window
+        from kinetile.show.printed import check_printing
+
+        check_printing("Drawing a film")
+        this_scene = cli.find_scene(scene, parameters)
+        begin, until = window(this_scene, begin, until)
+        name, of_phase = cli.broad_choice(broad_phase, None)
+        simulation = Simulation(this_scene, name, options=of_phase or None)
+        shown = film(simulation, until, begin=begin, structure=steps, pairs=pairs, **options)
+        make_ready(simulation)
+        with FirstSignal() as signals, Bar("drawing") as bar:
+
+            def progress(done: int, total: int) -> None:
+                signals.check()
+                bar.show(done / total, f"{done} of {total} frames")
+
+            shown.save(out, overwrite=overwrite, progress=progress)
     echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
     if show:
         typer.launch(out.resolve().as_uri())
-
-
-def _write_film(
-    scene: Scene,
-    broad_phase: str | None,
-    path: Path,
-    times: tuple[float | None, float | None],
-    overwrite: bool,
-    options: Mapping[str, Any],
-) -> None:
-    from kinetile.run.simulation import Simulation
-    from kinetile.show.film import film
-    from kinetile.show.player.view import window
-    from kinetile.show.printed import check_printing
-
-    check_printing("Drawing a film")
-    begin, until = window(scene, *times)
-    name, of_phase = cli.broad_choice(broad_phase, None)
-    simulation = Simulation(scene, name, options=of_phase or None)
-    shown = film(simulation, until, begin=begin, **options)
-    make_ready(simulation)
-    with FirstSignal() as signals, Bar("drawing") as bar:
-
-        def progress(done: int, total: int) -> None:
-            signals.check()
-            bar.show(done / total, f"{done} of {total} frames")
-
-        shown.save(path, overwrite=overwrite, progress=progress)
 
 
 def _view(
