@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
 """A line of such a list; it need not be a real contact."""
 
 _PRINT = re.compile(r"fingerprint\s+([0-9a-f]{64})")
-_AT_ONCE = 1 << 16
 
 
 class ContactLines(NamedTuple):
@@ -32,31 +31,27 @@ class ContactLines(NamedTuple):
 
 def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
     """Reads a list of contacts; BadOption, with ``source`` and the line, for an invalid one."""
-    parts: list[NDArray[Any]] = []
-    waiting: list[tuple[int, ...]] = []
     fingerprint: str | None = None
-    blank = 0
-    for number, line in enumerate(lines, 1):
-        text = line.strip()
-        if not text:
-            blank = blank or number
-            continue
-        if blank:
-            raise BadOption(f"{source}, line {blank}: found nothing; expected a contact, epoch tick a b")
-        if fingerprint is not None:
-            raise BadOption(
-                f"{source}, line {number}: found {shown(text)} after the fingerprint; expected nothing"
-            )
-        found = _PRINT.fullmatch(text)
-        if found:
-            fingerprint = found[1]
-            continue
-        waiting.append(_numbers(text, source, number))
-        if len(waiting) == _AT_ONCE:
-            parts.append(np.array(waiting, CONTACT_LINE))
-            waiting = []
-    parts.append(np.array(waiting, CONTACT_LINE))
-    return ContactLines(np.concatenate(parts), fingerprint)
+
+    def contacts() -> Iterator[tuple[int, ...]]:
+        nonlocal fingerprint
+        blank = 0
+        for number, text in enumerate(map(str.strip, lines), 1):
+            if not text:
+                blank = blank or number
+            elif blank:
+                raise BadOption(f"{source}, line {blank}: found nothing; expected a contact, epoch tick a b")
+            elif fingerprint is not None:
+                raise BadOption(
+                    f"{source}, line {number}: found {shown(text)} after the fingerprint; expected nothing"
+                )
+            elif found := _PRINT.fullmatch(text):
+                fingerprint = found[1]
+            else:
+                yield _numbers(text, source, number)
+
+    rows = np.fromiter(contacts(), CONTACT_LINE)
+    return ContactLines(rows, fingerprint)
 
 
 def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
@@ -76,8 +71,6 @@ def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerp
     """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
     Raises OSError if it cannot be written; then an existing file stays."""
     with replacing(path) as file:
-        for first in range(0, len(contacts), _AT_ONCE):
-            some = contacts[first : first + _AT_ONCE]
-            columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
-            file.writelines(f"{e} {t} {a} {b}\n".encode() for e, t, a, b in zip(*columns, strict=True))
+        for row in contacts[["epoch", "tick", "a", "b"]]:
+            file.write("{} {} {} {}\n".format(*row.item()).encode())
         file.write(f"fingerprint {fingerprint}\n".encode())

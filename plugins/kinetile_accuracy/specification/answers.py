@@ -54,10 +54,12 @@ def both_hold(pull: Vector, one: Support, two: Support) -> bool:
 
 
 class Answers:
-    """The velocities after the contacts of a scene: ``masses`` are those of all bodies that there are or will
-    be, ``passing`` is whether some may pass. Raises Refused for responses that are not specified."""
+    """The velocities after the contacts of a scene, whose tick has a ``length``: ``masses`` are those of all
+    bodies that there are or will be, ``passing`` is whether some may pass. Raises Refused for responses that
+    are not specified."""
 
-    def __init__(self, scene: Scene, count: int) -> None:
+    def __init__(self, scene: Scene, count: int, length: float) -> None:
+        self._length = length
         self._meets, self._named = scene.meets, scene.kinds
         used = {response.name for row in self._meets for response in row}
         other = sorted(used.difference(_KNOWN))
@@ -102,20 +104,16 @@ class Answers:
         for body in bodies:
             self._touched[body] = now
 
-    def at_wall(
-        self, a: int, wall: int, plan: FlightPlan, length: float, pressed: float | None = None
-    ) -> Vector:
-        """Returns the velocity of a body that has met a wall, anchored; ``length`` is that of a tick. A body
-        that is ``pressed`` parts with that speed."""
+    def at_wall(self, a: int, wall: int, plan: FlightPlan, pressed: float | None = None) -> Vector:
+        """Returns the velocity of a body that has met a wall, anchored. A body that is ``pressed`` parts with
+        that speed."""
         response = self.response(a, wall)
         vx, vy = plan.vx, plan.vy
         if response.name == "restitution":
             nx, ny = OUT[wall]
             w = vx * nx + vy * ny
-            if pressed is None:
-                w = (1.0 + self._given_back(response, [a], plan.anchor, length)) * w
-            else:
-                w = w + pressed
+            back = self._given_back(response, [a], plan.anchor)
+            w = (1.0 + back) * w if pressed is None else w + pressed
             vx, vy = vx - w * nx, vy - w * ny
         elif response.name == "stop":
             vx = vy = 0.0
@@ -125,7 +123,7 @@ class Answers:
         return vx, vy
 
     def normal(
-        self, plans: tuple[FlightPlan, FlightPlan], away: Vector, m: Difference | None, length: float
+        self, plans: tuple[FlightPlan, FlightPlan], away: Vector, m: Difference | None
     ) -> tuple[Vector, Face | None]:
         """Returns the unit normal of two bodies that have met, anchored, the second so far ``away`` from its
         place (rule 9p), and its face, if it has one. ``m`` is the difference of shapes, None of discs."""
@@ -134,7 +132,7 @@ class Answers:
         if m is None:
             size = math.sqrt(dx * dx + dy * dy)
             return (dx / size, dy / size), None
-        half = Fraction(length) / 2  # of the middle of the tick (rule 9t)
+        half = Fraction(self._length) / 2  # of the middle of the tick (rule 9t)
         v = (
             Fraction(two.vx) - Fraction(one.vx) + half * (Fraction(two.pull[0]) - Fraction(one.pull[0])),
             Fraction(two.vy) - Fraction(one.vy) + half * (Fraction(two.pull[1]) - Fraction(one.pull[1])),
@@ -146,7 +144,6 @@ class Answers:
         bodies: tuple[int, int],
         plans: tuple[FlightPlan, FlightPlan],
         along: Vector,
-        length: float,
         pressed: float | None = None,
     ) -> tuple[Vector, Vector]:
         """Returns the velocities of two bodies that have met with a normal, anchored; two that are
@@ -159,7 +156,7 @@ class Answers:
         if pressed is not None:
             speed = 0.5 * (speed - pressed)
         elif response.name == "restitution":
-            speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor, length)) * speed
+            speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor)) * speed
         self.touch(bodies, one.anchor)
         if response.name != "stop":
             return exchanged_along(along, velocities, masses, speed)
@@ -169,7 +166,7 @@ class Answers:
             rest = velocities[still.index(True)]
         return rest, rest
 
-    def _given_back(self, response: Any, bodies: list[int], now: int, length: float) -> float:
+    def _given_back(self, response: Any, bodies: list[int], now: int) -> float:
         last = max(self._touched[body] for body in bodies)
-        soon = float(now - last) * length <= float(response.options.get("contact_time") or 0.0)
+        soon = float(now - last) * self._length <= float(response.options.get("contact_time") or 0.0)
         return 1.0 if soon else float(response.options["e"])

@@ -124,7 +124,7 @@ class Course:
         self._radius = scene.radius.tolist() + [0.0] * (count - len(scene))
         for each in inserted:
             self._radius[each.body] = each.radius
-        self._answers = Answers(scene, count)
+        self._answers = Answers(scene, count, self.tick)
         self._shapes = dict(enumerate(scene.shapes[each] for each in scene.shape.tolist() if each >= 0))
         self._shapes |= {each.body: each.shape for each in inserted if isinstance(each.shape, Shape)}
         self._differences: dict[tuple[Shape, Shape], Difference] = {}
@@ -328,9 +328,9 @@ class Course:
                 self._answers.touch((body,), self.now)
                 return
             if part(pull, (nx, ny)) > 0:
-                self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick, w))
+                self._change(body, plan, self._answers.at_wall(body, wall, plan, w))
                 return
-        self._change(body, plan, self._answers.at_wall(body, wall, plan, self.tick))
+        self._change(body, plan, self._answers.at_wall(body, wall, plan))
 
     def _meet(self, a: int, b: int, image: Whole) -> None:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
@@ -338,7 +338,7 @@ class Course:
         pulls = self.plans[a].pull, self.plans[b].pull
         met = one, two = self._anchored(a), self._anchored(b)
         away, m = self._away(one, two, image), self._difference(a, b)
-        out, face = self._answers.normal(met, away, m, self.tick)  # by the plans by which they meet
+        out, face = self._answers.normal(met, away, m)  # by the plans by which they meet
         plans = one, two = self._let_go(a), self._let_go(b)
         w, pressed = self._answers.settle(a, b), None
         if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
@@ -351,7 +351,7 @@ class Course:
                     return
             (ax, ay), (bx, by) = pulls
             pressed = w if part((bx - ax, by - ay), out) < 0 else None
-        velocities = self._answers.of_pair((a, b), plans, out, self.tick, pressed)
+        velocities = self._answers.of_pair((a, b), plans, out, pressed)
         for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
             self._change(body, plan, velocity)
 
