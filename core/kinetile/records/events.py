@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
 from kinetile.kernel.log import INSERTED, LOG
-from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason
+from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason, record_errors
 from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
 from kinetile.records.reading import KindsByHand
@@ -112,26 +112,22 @@ class EventRecorder:
         if self._file is not None:
             raise RecordError(f"{self.path}: this recorder has been used; a recorder writes one file, once")
         left = self.goes_on and self.partial.exists()
-        try:
+        with record_errors(f"{self.path} cannot be written"):
             file = open_alone(self.partial, self._overwrite, as_it_is=left, mode=mode_of(self._target))
-        except OSError as error:
-            raise self._unwritable(error) from error
-        try:
-            event_target(self.path, self._overwrite)  # a file made before this recorder held the lock
-            if left:
-                with file.reader() as content:
-                    left = not holds_nothing(content)
+            try:
+                event_target(self.path, self._overwrite)  # a file made before this recorder held the lock
+                if left:
+                    with file.reader() as content:
+                        left = not holds_nothing(content)
+                    if not left:
+                        file.go_to(0)
+                file = self._begin(file, left)
+            except BaseException:
                 if not left:
-                    file.go_to(0)
-            file = self._begin(file, left)
-        except BaseException as error:
-            if not left:
-                with suppress(OSError):
-                    self.partial.unlink()
-            file.close()
-            if isinstance(error, OSError):
-                raise self._unwritable(error) from error
-            raise
+                    with suppress(OSError):
+                        self.partial.unlink()
+                file.close()
+                raise
         self._file, self._process = file, os.getpid()
         return self
 
@@ -257,11 +253,6 @@ class EventRecorder:
             self._finish(self._file)
         if left_out:
             raise left_out
-
-    def _unwritable(self, error: OSError) -> RecordError:
-        if isinstance(error, RecordError):
-            return error
-        return RecordError(f"{self.path} cannot be written: {reason(error)}")
 
     def _open_file(self) -> LogFile:
         if self._file is None or self._file.closed:

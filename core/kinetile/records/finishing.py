@@ -11,13 +11,14 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import RecordError
+from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.log import LOG
 from kinetile.lazy import needed
 from kinetile.records.locks import open_left
@@ -72,22 +73,14 @@ def recover(
             "expected FILE.partial, or a name for the event file (out=..., or --out)"
         )
     name = partial.with_suffix("") if out is None else Path(out)
-    try:
+    with record_errors(f"{partial} cannot be read"):
         log, alone = open_left(partial)
-    except RecordError:
-        raise
-    except OSError as error:
-        raise RecordError(f"{partial} cannot be read: {reason(error)}") from error
     with log:
         target = event_target(name, overwrite)
         if target.exists() and os.path.samestat(os.fstat(log.fileno()), target.stat()):
             raise RecordError(f"{name} is the file to recover from: expected another name for the event file")
-        try:
+        with record_errors(f"{name} cannot be written", f"; {partial} is as it was"):
             made = finish(log, str(partial), target, overwrite)
-        except RecordError:
-            raise
-        except Exception as error:  # pyarrow may raise anything
-            raise RecordError(f"{name} cannot be written: {reason(error)}; {partial} is as it was") from error
         remove = out is None and alone and not made.left_over
         if remove:
             partial.unlink()
@@ -168,6 +161,18 @@ def pyarrow_modules() -> tuple[Any, Any]:
     """Returns pyarrow and pyarrow.parquet; MissingExtra without them."""
     what = "Reading and writing event files", "pyarrow", "records"
     return needed(*what), needed(*what, "pyarrow.parquet")
+
+
+@contextmanager
+def record_errors(what: str, behind: str = "") -> Iterator[None]:
+    """Within this context an error of the system or of pyarrow, which may raise anything, for a damaged file
+    MemoryError included, becomes a RecordError: ``what`` cannot be done, why, and what is ``behind`` that."""
+    try:
+        yield
+    except KinetileError:
+        raise
+    except Exception as error:
+        raise RecordError(f"{what}: {reason(error)}{behind}") from error
 
 
 def reason(error: Exception) -> str:

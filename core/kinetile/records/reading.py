@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
-from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, reason
+from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, record_errors
 from kinetile.records.log import Seal
 from kinetile.scene import Scene
 from kinetile.scene.checks import WALL, is_finite, shown
@@ -76,7 +76,10 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
 
 def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
     pa, pq = pyarrow_modules()
-    try:
+    partial, left = f"{path}{PARTIAL}", ""
+    if not os.path.exists(path) and os.path.exists(partial):
+        left = f"; `kinetile recover {partial}` makes it of what a run has left"
+    with record_errors(f"{path} cannot be read as an event file", left):
         check_regular(path)
         if is_log(path):
             raise RecordError(
@@ -96,15 +99,6 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
                     raise RecordError(f"{path} {what}")
             _check_columns(pa, path, file.schema_arrow)
             return _read_rows(path, file), [found[key.encode()].decode() for key in KEYS]
-    except RecordError:
-        raise
-    except FileNotFoundError as error:
-        partial, left = f"{path}{PARTIAL}", ""
-        if os.path.exists(partial):
-            left = f"; `kinetile recover {partial}` makes it of what a run has left"
-        raise RecordError(f"{path} cannot be read as an event file: {reason(error)}{left}") from error
-    except Exception as error:  # for a damaged file pyarrow may raise anything, MemoryError included
-        raise RecordError(f"{path} cannot be read as an event file: {reason(error)}") from error
 
 
 def _check_columns(pa: Any, path: Path, schema: Any) -> None:
