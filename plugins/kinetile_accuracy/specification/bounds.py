@@ -111,65 +111,58 @@ class ContactBounds:
         """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another; infinite
         where they never do on these plans, and for the body itself."""
         with np.errstate(all="ignore"):
-            x, y, vx, vy, ax, ay = self._plans
+            place, flies, pull = self._plans.reshape(3, 2, -1)
             elapsed = (now - self.origin - self._anchor) * self._tick
-            place_x = x + vx * elapsed
-            place_y = y + vy * elapsed
-            extent = max(self._extent, float(np.abs(place_x).max()), float(np.abs(place_y).max()))
-            sizes = np.abs(vx) + np.abs(vy)
+            place = place + flies * elapsed
+            extent = max(self._extent, float(np.abs(place).max()))
+            sizes = np.abs(flies).sum(axis=0)
             if self._bent:
-                bend_x, bend_y = 0.5 * ax * elapsed * elapsed, 0.5 * ay * elapsed * elapsed
-                place_x, place_y = place_x + bend_x, place_y + bend_y
-                extent = max(
-                    extent, *(float(np.abs(each).max()) for each in (place_x, place_y, bend_x, bend_y))
-                )
-                vx, vy = vx + ax * elapsed, vy + ay * elapsed
-                sizes = sizes + (np.abs(ax) + np.abs(ay)) * np.abs(elapsed)
+                bend = 0.5 * pull * elapsed * elapsed
+                place = place + bend
+                extent = max(extent, float(np.abs(place).max()), float(np.abs(bend).max()))
+                flies = flies + pull * elapsed
+                sizes = sizes + np.abs(pull).sum(axis=0) * np.abs(elapsed)
             fat = _FAT * (extent + self._largest)
             which = np.array(bodies)[:, None]
-            dx = place_x - place_x[which]
-            dy = place_y - place_y[which]
-            for apart, period in zip((dx, dy), self._periods, strict=True):
+            d, v = (each[:, None] - each[:, which] for each in (place, flies))
+            for axis, period in zip(d, self._periods, strict=True):
                 if period:
-                    apart -= np.rint(apart / period) * period
-            dvx = vx - vx[which]
-            dvy = vy - vy[which]
+                    axis -= np.rint(axis / period) * period
             reach = self._radius + (self._radius[which] + fat)
             if self._bent:
-                dax, day = ax - ax[which], ay - ay[which]
-                apart = np.sqrt(dx * dx + dy * dy)
+                w = pull[:, None] - pull[:, which]
+                apart = np.sqrt((d * d).sum(axis=0))
                 gap = apart * (1.0 - 2.0**-50) - reach
-                closing = -(dx * dvx + dy * dvy) / apart + 2.0**-45 * (sizes + sizes[which])
-                bend = -(dx * dax + dy * day) / apart + 2.0**-45 * (np.abs(dax) + np.abs(day))
+                closing = -(d * v).sum(axis=0) / apart + 2.0**-45 * (sizes + sizes[which])
+                bend = -(d * w).sum(axis=0) / apart + 2.0**-45 * np.abs(w).sum(axis=0)
                 under = closing * closing + 2.0 * bend * gap
                 under += 2.0**-45 * (closing * closing + 2.0 * np.abs(bend) * gap)
                 ahead = closing + np.sqrt(under)
                 bent: Floats = np.fmax(2.0 * gap / ahead * (self._ticks * _LESS), 0.0)
                 bent[(under < 0.0) | (ahead <= 0.0)] = np.inf
                 bent[~(gap > 0.0)] = 0.0
-                return self._others(bent, bodies, dvx, dvy, reach)
-            speed2 = dvx * dvx + dvy * dvy
+                return self._others(bent, bodies, v, reach)
+            speed2 = (v * v).sum(axis=0)
             speed = np.sqrt(speed2)
-            ahead = -(dx * dvx + dy * dvy) / speed
-            miss = np.abs(dx * dvy - dy * dvx) / speed
+            ahead = -(d * v).sum(axis=0) / speed
+            miss = np.abs(d[0] * v[1] - d[1] * v[0]) / speed
             way = ahead - np.sqrt((reach - miss) * (reach + miss))
             # What is not a number (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
             wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
             passes = (miss > reach) | (ahead < -fat)
             if self._shapes:  # within the circles around them two may touch, whatever these do
-                inside = dx * dx + dy * dy <= reach * reach
+                inside = (d * d).sum(axis=0) <= reach * reach
                 passes &= ~inside
                 wait[inside] = 0.0
             wait[passes] = np.inf
             odd = ~(speed2 >= _SLOWEST)
             if np.count_nonzero(odd) > len(bodies):  # each body itself is one of them
-                still = (dvx == 0.0) & (dvy == 0.0)
-                wait[odd] = np.where(still, np.inf, 0.0)[odd]
-            return self._others(wait, bodies, dvx, dvy, reach)
+                wait[odd] = np.where((v == 0.0).all(axis=0), np.inf, 0.0)[odd]
+            return self._others(wait, bodies, v, reach)
 
-    def _others(self, wait: Floats, bodies: list[int], dvx: Floats, dvy: Floats, reach: Floats) -> Floats:
+    def _others(self, wait: Floats, bodies: list[int], v: Floats, reach: Floats) -> Floats:
         """Returns the waits for nearest images, less where another image may come before; of who is there."""
-        for speed, period in zip((dvx, dvy), self._periods, strict=True):
+        for speed, period in zip(v, self._periods, strict=True):
             if period:  # another image: half a period is to be flown, but for the reach
                 free = np.maximum(0.5 * period - reach, 0.0) / np.abs(speed) * (self._ticks * _LESS)
                 wait = np.minimum(wait, np.where(np.isnan(free), 0.0, free))
