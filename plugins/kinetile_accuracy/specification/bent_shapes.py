@@ -62,8 +62,13 @@ def contact(m: Difference, d: Parabola, start: int, met: bool) -> int | None:
             return None
         start = max(start, again)
     if m.radius:
-        found = [_nearer_to_face(m, face, d, start) for face in m.faces]
-        found += [_nearer_to_corner(m, k, d, start) for k in range(len(m.corners))]
+        found = []
+        for face in m.faces:
+            within = [_below(_squared(face, d, m.radius), start), *_over(face, d, start)]
+            found.append(_nearer(within, _beyond(face, d), start))
+        for k, corner in enumerate(m.corners):
+            q = _disc(m, corner, d)
+            found.append(_nearer([_below(q, start), *_beside(m, k, d, start)], q, start))
         return min((each for each in found if each is not None and each < HORIZON), default=None)
     return _first_visit(m, d, start) if len(m.faces) > 2 else None
 
@@ -75,7 +80,7 @@ def parting(m: Difference, d: Parabola, start: int) -> int | None:
         runs += _all([_not_below(_negated(_beyond(face, d)), start) for face in m.faces])
     if m.radius:
         for face in m.faces:
-            near = _not_below(_negated(_squared(m, face, d)), start)
+            near = _not_below(_negated(_squared(face, d, m.radius)), start)
             runs += _all([near, *_over(face, d, start)])
         runs += [run for corner in m.corners for run in _not_below(_negated(_disc(m, corner, d)), start)]
     n = start + 1
@@ -88,7 +93,7 @@ def parting(m: Difference, d: Parabola, start: int) -> int | None:
 def _first_visit(m: Difference, d: Parabola, start: int) -> int | None:
     """Returns the contact where R = 0."""
     inside = _all([_below(_beyond(face, d), start) for face in m.faces])
-    deep = _all([_deeper_than_strip(m, face, d, start) for face in m.faces])
+    deep = _all([inside, *(_below(_negated(_squared(face, d, m.flush)), start) for face in m.faces)])
     for low, high in inside:
         if not _all([[(low, high)], deep]):
             continue
@@ -101,18 +106,12 @@ def _first_visit(m: Difference, d: Parabola, start: int) -> int | None:
     return None
 
 
-def _nearer_to_face(m: Difference, face: Face, d: Parabola, start: int) -> int | None:
-    """Returns the first n at whose end d is over a face, within R of it, and nearer than at n."""
-    within = _all([_below(_squared(m, face, d), start), *_over(face, d, start)])
-    falls = _below(bent.differences(_beyond(face, d)), start)
-    return _first(_all([_before(within), falls]), start)
-
-
-def _nearer_to_corner(m: Difference, k: int, d: Parabola, start: int) -> int | None:
-    """Returns the first n at whose end a corner is nearest to d, and within R, and nearer than at n."""
-    q = _disc(m, m.corners[k], d)
-    within = _all([_below(q, start), *_beside(m, k, d, start)])
-    return _first(_all([_before(within), _below(bent.differences(q), start)]), start)
+def _nearer(within: Sequence[Runs], gap: Polynomial, start: int) -> int | None:
+    """Returns the first n at whose end d is within all of some sets, and nearer by its gap than at n: over a
+    face and within R of it, or nearest to a corner and within R."""
+    ends = [(low - 1, high - 1) for low, high in _all(within)]
+    runs = _all([ends, _below(bent.differences(gap), start)])
+    return min((max(low, start) for low, high in runs if high > start), default=None)
 
 
 def _beside(m: Difference, k: int, d: Parabola, start: int) -> list[Runs]:
@@ -188,10 +187,10 @@ def _over(face: Face, d: Parabola, start: int) -> list[Runs]:
     ]
 
 
-def _squared(m: Difference, face: Face, d: Parabola) -> Polynomial:
-    """Returns g^2 - R^2 n.n, as a polynomial."""
+def _squared(face: Face, d: Parabola, width: Fraction) -> Polynomial:
+    """Returns g^2 - width^2 n.n, as a polynomial."""
     g = [dot(face.normal, each) for each in (less(d[0], face.start), d[1], d[2])]
-    return whole(_less_square(_square(g), m.radius**2 * dot(face.normal, face.normal)))
+    return whole(_less_square(_square(g), width**2 * dot(face.normal, face.normal)))
 
 
 def _disc(m: Difference, corner: Exact, d: Parabola) -> Polynomial:
@@ -199,13 +198,6 @@ def _disc(m: Difference, corner: Exact, d: Parabola) -> Polynomial:
     ways = less(d[0], corner), d[1], d[2]
     squares = [_square([way[axis] for way in ways]) for axis in range(2)]
     return whole(_less_square([x + y for x, y in zip(*squares, strict=True)], m.radius**2))
-
-
-def _deeper_than_strip(m: Difference, face: Face, d: Parabola, start: int) -> Runs:
-    """Returns the set in which d is farther inside of the line of a face than the strip."""
-    g = [dot(face.normal, each) for each in (less(d[0], face.start), d[1], d[2])]
-    square = whole(_less_square(_square(g), m.flush**2 * dot(face.normal, face.normal)))
-    return _all([_below(whole(g), start), _below(_negated(square), start)])
 
 
 def _square(p: Sequence[Fraction]) -> list[Fraction]:
@@ -232,11 +224,6 @@ def _not_below(p: Polynomial, start: int) -> Runs:
     return _below(p, start, is_below=False)
 
 
-def _before(runs: Runs) -> Runs:
-    """Returns the n of which n + 1 is in a set."""
-    return [(low - 1, high - 1) for low, high in runs]
-
-
 def _all(sets: Sequence[Runs]) -> Runs:
     """Returns the intersection of sets."""
     found = sets[0]
@@ -244,8 +231,3 @@ def _all(sets: Sequence[Runs]) -> Runs:
         pairs = ((max(a, c), min(b, d)) for a, b in found for c, d in other)
         found = sorted((low, high) for low, high in pairs if low < high)
     return found
-
-
-def _first(runs: Runs, start: int) -> int | None:
-    """Returns the first n of a set from ``start`` on."""
-    return min((max(low, start) for low, high in runs if high > start), default=None)
