@@ -123,13 +123,12 @@ class Answers:
         return vx, vy
 
     def normal(
-        self, plans: tuple[FlightPlan, FlightPlan], away: Vector, m: Difference | None
+        self, one: FlightPlan, two: FlightPlan, apart: Vector, m: Difference | None
     ) -> tuple[Vector, Face | None]:
-        """Returns the unit normal of two bodies that have met, anchored, the second so far ``away`` from its
-        place (rule 9p), and its face, if it has one. ``m`` is the difference of shapes, None of discs."""
-        one, two = plans
-        dx, dy = (two.x - one.x) + away[0], (two.y - one.y) + away[1]
+        """Returns the unit normal of two bodies that have met, anchored and so far ``apart`` (rule 9p), and
+        its face, if it has one. ``m`` is the difference of shapes, None of discs."""
         if m is None:
+            dx, dy = apart
             size = math.sqrt(dx * dx + dy * dy)
             return (dx / size, dy / size), None
         half = Fraction(self._length) / 2  # of the middle of the tick (rule 9t)
@@ -137,7 +136,7 @@ class Answers:
             Fraction(two.vx) - Fraction(one.vx) + half * (Fraction(two.pull[0]) - Fraction(one.pull[0])),
             Fraction(two.vy) - Fraction(one.vy) + half * (Fraction(two.pull[1]) - Fraction(one.pull[1])),
         )
-        return normal_and_face(m, (dx, dy), v)
+        return normal_and_face(m, apart, v)
 
     def of_pair(
         self,

@@ -116,12 +116,8 @@ def _nearer(within: Sequence[Runs], gap: Polynomial, start: int) -> int | None:
 
 def _beside(m: Difference, k: int, d: Parabola, start: int) -> list[Runs]:
     """Returns the sets in which d is not beyond a corner on either face beside it."""
-    corner, count = m.corners[k], len(m.corners)
-    after, before = less(m.corners[(k + 1) % count], corner), less(corner, m.corners[k - 1])
-    return [
-        _not_below(_negated(_along(corner, after, d)), start),
-        _not_below(_along(corner, before, d), start),
-    ]
+    after, before = (_along(m.corners[k], way, d) for way in (m.ways[k], m.ways[k - 1]))
+    return [_not_below(_negated(after), start), _not_below(before, start)]
 
 
 def _counts_from(m: Difference, d: Parabola) -> int | None:
@@ -144,11 +140,9 @@ def _away(m: Difference, here: Exact) -> Exact:
             if dot(face.normal, less(here, face.start)) > 0 and 0 <= along <= dot(face.way, face.way):
                 return face.normal
         inside = all(dot(face.normal, less(here, face.start)) <= 0 for face in m.faces)
-        count = len(m.corners)
-        for k, corner in enumerate(m.corners) if not inside or count == 2 else ():
+        for k, corner in enumerate(m.corners) if not inside or len(m.corners) == 2 else ():
             away = less(here, corner)
-            after, before = less(m.corners[(k + 1) % count], corner), less(corner, m.corners[k - 1])
-            if dot(away, after) <= 0 <= dot(away, before):
+            if dot(away, m.ways[k]) <= 0 <= dot(away, m.ways[k - 1]):
                 return away
     return _nearest_face(m, here).normal
 

@@ -20,6 +20,7 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -127,7 +128,7 @@ class Course:
         self._answers = Answers(scene, count, self.tick)
         self._shapes = dict(enumerate(scene.shapes[each] for each in scene.shape.tolist() if each >= 0))
         self._shapes |= {each.body: each.shape for each in inserted if isinstance(each.shape, Shape)}
-        self._differences: dict[tuple[Shape, Shape], Difference] = {}
+        self._difference_of = cache(Difference)
         self._passing: dict[_Passing, int] = {}  # with the first tick of each
         self._at_once: list[_Passing] = []  # those that begin now, before all else
         self._heap = [_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY)]
@@ -248,8 +249,7 @@ class Course:
             sides = ((-1, 0, 1) if period else (0,) for period in self.frame.periods)
             for side in itertools.product(*sides):
                 image = side[0] + one.turns[0] - two.turns[0], side[1] + one.turns[1] - two.turns[1]
-                right, up = self._away(one, two, image)
-                if self._overlap(a, b, ((two.x - one.x) + right, (two.y - one.y) + up), reach):
+                if self._overlap(a, b, self._apart(one, two, image), reach):
                     found.append(_Passing(a, b, image))
         return found
 
@@ -336,9 +336,8 @@ class Course:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
         held = self.held[a], self.held[b]
         pulls = self.plans[a].pull, self.plans[b].pull
-        met = one, two = self._anchored(a), self._anchored(b)
-        away, m = self._away(one, two, image), self._difference(a, b)
-        out, face = self._answers.normal(met, away, m)  # by the plans by which they meet
+        one, two = self._anchored(a), self._anchored(b)  # by these plans they meet
+        out, face = self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
         plans = one, two = self._let_go(a), self._let_go(b)
         w, pressed = self._answers.settle(a, b), None
         if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
@@ -391,10 +390,9 @@ class Course:
         assert m is not None
         assert face is not None
         one, two, plan = self._anchored(a), self._anchored(b), self.plans[body]
-        right, up = self._away(one, two, image)
         sign = 1.0 if body == b else -1.0
         v, pull = (sign * plan.vx, sign * plan.vy), (sign * plan.pull[0], sign * plan.pull[1])
-        wait = shapes.ledge(m, face, ((two.x - one.x) + right, (two.y - one.y) + up), v, pull, self.tick)
+        wait = shapes.ledge(m, face, self._apart(one, two, image), v, pull, self.tick)
         return None if wait is None else plan.anchor + wait
 
     def _let_go(self, body: int) -> FlightPlan:
@@ -517,17 +515,14 @@ class Course:
         return math.isinf(self._answers.masses[a]) and math.isinf(self._answers.masses[b])
 
     def _difference(self, a: int, b: int) -> Difference | None:
-        if not self._shapes:
-            return None
-        pair = self._shapes[a], self._shapes[b]
-        if pair not in self._differences:
-            self._differences[pair] = Difference(*pair)
-        return self._differences[pair]
+        return self._difference_of(self._shapes[a], self._shapes[b]) if self._shapes else None
 
-    def _away(self, one: FlightPlan, two: FlightPlan, image: Whole) -> Vector:
-        """Returns how far from its place the second body is met through an image (rule 9p)."""
+    def _apart(self, one: FlightPlan, two: FlightPlan, image: Whole) -> Vector:
+        """Returns where the second of two anchored bodies is met from the first, through an image (rule
+        9p)."""
         right, up = (float(image[axis] + two.turns[axis] - one.turns[axis]) for axis in range(2))
-        return right * self.frame.periods[0], up * self.frame.periods[1]
+        width, height = self.frame.periods
+        return (two.x - one.x) + right * width, (two.y - one.y) + up * height
 
     def _anchored(self, body: int) -> FlightPlan:
         plan = self.plans[body]

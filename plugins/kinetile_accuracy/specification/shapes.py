@@ -58,9 +58,9 @@ class Contact(NamedTuple):
 
 class Difference:
     """The difference M of the cores of two shapes, the first less the second, and the sum of their radii, R.
-    Its ``corners`` go anticlockwise from the one with the smallest x, then y, no three in one line; its
-    ``faces`` are in the order of their numbers, two for a line, none for a point. ``flush`` is the width of
-    the strip that counts for nothing."""
+    Its ``corners`` go anticlockwise from the one with the smallest x, then y, no three in one line, by these
+    ``ways``; its ``faces`` are in the order of their numbers, two for a line, none for a point. ``flush`` is
+    the width of the strip that counts for nothing."""
 
     def __init__(self, one: Shape, two: Shape) -> None:
         self.radius = Fraction(one.radius) + Fraction(two.radius)
@@ -70,8 +70,8 @@ class Difference:
         self.corners = [first]
         while (there := _next(self.corners[-1], places)) != first:
             self.corners.append(there)
-        ways = [less(q, p) for p, q in zip(self.corners, [*self.corners[1:], first], strict=True)]
-        faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, ways, strict=True)]
+        self.ways = [less(q, p) for p, q in zip(self.corners, [*self.corners[1:], first], strict=True)]
+        faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, self.ways, strict=True)]
         self.faces = sorted(faces, key=lambda face: _direction(face.normal)) if len(faces) > 1 else []
         if self.faces:
             sizes = (each.radius + max(abs(c) for corner in each.core for c in corner) for each in (one, two))
