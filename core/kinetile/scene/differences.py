@@ -19,10 +19,16 @@ Vector = tuple[Number, Number]
 def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[Exact, ...]:
     """Returns the corners of the difference of two cores, exactly: anticlockwise from the one with the
     smallest x, then y, no three in one line; two are a line, one is a point."""
-    places = sorted({less(exact(a), exact(b)) for a in one for b in other})
-    if len(places) == 1:
-        return tuple(places)
-    hull: list[Exact] = []
+    unit = max(c.as_integer_ratio()[1] for core in (one, other) for place in core for c in place)
+    first, second = ([(int(x * unit), int(y * unit)) for x, y in map(exact, each)] for each in (one, other))
+    places = sorted({less(a, b) for a in first for b in second})  # whole numbers: rationals take far longer
+    hull = places if len(places) == 1 else _hull(places)
+    return tuple([(Fraction(x, unit), Fraction(y, unit)) for x, y in hull])
+
+
+def _hull(places: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Returns the corners of the hull of several places in order, as ``core_difference`` has them."""
+    hull: list[tuple[int, int]] = []
     for side in (places, places[::-1]):  # what is below the line from the first to the last, then above
         first = len(hull)
         for place in side:
@@ -30,7 +36,7 @@ def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[E
                 hull.pop()
             hull.append(place)
         hull.pop()
-    return tuple(hull)
+    return hull
 
 
 def is_closer(corners: Sequence[Exact], place: Exact, distance: Fraction) -> bool:
