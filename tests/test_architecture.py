@@ -156,7 +156,7 @@ EVALUATES = {
     "core/kinetile/show/player/script/run/plan.mjs": 2,  # and that of a page
     "plugins/kinetile_accuracy/oracle/times.py": 2,  # an implementation of its own, in rational numbers
     "plugins/kinetile_accuracy/specification/arithmetic.py": 1,  # another one, by the rules,
-    "plugins/kinetile_accuracy/specification/bounds.py": 2,  # and what it leaves out
+    "plugins/kinetile_accuracy/specification/bounds.py": 1,  # and what it leaves out
     "plugins/kinetile_accuracy/stepped/snapshots.py": 2,  # a step of what plans are compared with
     "plugins/kinetile_plugins/convex.py": 2,  # no plan: the way from one body to another
 }

@@ -1,16 +1,18 @@
 """What the engine knows of its tables between two chunks."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.kernel.tables import slots_taken
+from lanes import examples
 
 ROOMS = [(0.1 + 0.2 * column, 0.1 + 0.2 * row) for column in range(5) for row in range(5)]
 
 
-@given(st.lists(st.tuples(st.sampled_from(["insert", "remove", "run"]), st.integers(0, 24)), max_size=30))
+@given(st.lists(st.tuples(st.sampled_from(["insert", "remove", "run"]), st.integers(0, 24)), max_size=12))
+@settings(max_examples=examples(50), deadline=None)
 def test_occupied_slots_are_those_that_sorting_all_numbers_gives(steps):
     """Planned bodies have lower numbers than bodies by hand that come before them."""
     planned = tuple(kt.Insert(0.1 * at, ROOMS[at], (0.0, 0.0), 0.01) for at in range(1, 5))
