@@ -20,6 +20,7 @@ import mmap
 from contextlib import suppress
 from enum import Enum, auto
 from functools import cache
+from threading import Lock
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -363,6 +364,9 @@ MANY = 1 << 15
 PAGE = 1 << 21
 """Bytes of a large page."""
 
+SHARED = 1 << 17
+"""Bytes from which on a table is on large pages: those of smaller scenes gain nothing."""
+
 FOUND = 16
 """Bodies that the look-ahead remembers."""
 
@@ -420,14 +424,31 @@ def record_table(dtype: np.dtype[Any], length: int) -> Records:
 
 
 def _zeroed(size: int) -> npt.NDArray[np.uint8]:
-    """Return zeroed bytes: on large pages if they fill one, where the system has such. Events read a table
-    here and there, and with small pages the processor has to look up where each is as well."""
-    if size > PAGE:
-        with suppress(AttributeError, OSError, OverflowError):  # none, or no memory: numpy says so
-            pages = mmap.mmap(-1, size + -size % PAGE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-            pages.madvise(mmap.MADV_HUGEPAGE)
-            return np.frombuffer(pages, dtype=np.uint8)
+    """Return zeroed bytes: on large pages, where the system has such and the table is not small. Events read
+    a table here and there, and with small pages the processor has to look up where each is as well."""
+    global _rest
+    if size >= SHARED:
+        with suppress(AttributeError, OSError, OverflowError), _one_at_a_time:  # none, or no memory
+            if size > len(_rest):
+                pages = mmap.mmap(-1, size + -size % PAGE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+                pages.madvise(mmap.MADV_HUGEPAGE)
+                table = np.frombuffer(pages, dtype=np.uint8)
+                if size > PAGE:
+                    return table[:size]
+                _rest = table
+            table, _rest = _rest[:size], _rest[size:]
+            return table
     return np.zeros(size, dtype=np.uint8)
+
+
+_rest = np.zeros(0, dtype=np.uint8)  # of the last large page: tables that do not fill one share it
+_one_at_a_time = Lock()
+
+
+def filled(table: Records, number: int) -> Records:
+    """Return the table, with this number everywhere."""
+    table[...] = number
+    return table
 
 
 def equal(number: float, length: int) -> npt.NDArray[np.float64]:
@@ -460,10 +481,10 @@ def allocate(
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         sides=record_table(SIDES, bodies if shaped else 0),
         forms=record_table(FORM, 0),
-        stamps=np.zeros(bodies, dtype=np.int32),
+        stamps=record_table(np.dtype(np.int32), bodies),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + 1),
-        rings=np.full(slices, bodies, dtype=np.int32),
+        rings=filled(record_table(np.dtype(np.int32), slices), bodies),
         marks=np.zeros(slices >> 6, dtype=np.int64),
         found=record_table(SCOUTED, FOUND),
         numbers=np.zeros(0),

@@ -19,6 +19,7 @@ from kinetile.kernel.tables import (
     CLOCK,
     DUE,
     PAGE,
+    SHARED,
     TICK,
     allocate,
     declared,
@@ -84,13 +85,23 @@ def test_a_table_is_zeroed_and_begins_on_a_cache_line_with_large_pages_or_withou
         monkeypatch.delattr(mmap, "MADV_HUGEPAGE", raising=False)
     if system == "does not map":
         monkeypatch.setattr(mmap, "mmap", _refuse)
-    for length in (1, 3, PAGE // dtype.itemsize + 1):
+    for length in (1, 3, SHARED // dtype.itemsize + 1, PAGE // dtype.itemsize + 1):
         table = record_table(dtype, length)
         assert len(table) == length
         assert table.ctypes.data % 64 == 0
         assert not table.view(np.ndarray).view(np.uint8).any()
         table[length // 2 : length // 2 + 1] = np.ones(1, dtype)
         assert table.view(np.ndarray).view(np.uint8).any()
+
+
+def test_tables_that_share_large_pages_are_apart():
+    tables = [
+        record_table(np.dtype(np.int32), length) for length in (1 << 16, 1 << 17, 1 << 18, 1 << 19, 1 << 20)
+    ]
+    for number, table in enumerate(tables, 1):
+        assert not table.any()
+        table[:] = number
+    assert all((table == number).all() for number, table in enumerate(tables, 1))
 
 
 def test_a_table_that_no_memory_holds_is_out_of_memory():
