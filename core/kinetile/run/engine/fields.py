@@ -99,7 +99,7 @@ class Tables:
 
     def _with_newcomers(self, known: _Taken, number: npt.NDArray[np.int32]) -> npt.NDArray[np.intp]:
         """Returns those that are still taken by the same bodies, and the slots of higher numbers: all, unless
-        a planned body has come, whose number is older.."""
+        a planned body has come, whose number is lower."""
         came = self._k.slots[known.numbers[-1] + 1 :]
         return np.concatenate([known.slots[number[known.slots] == known.numbers], came[came >= 0]])
 
