@@ -445,12 +445,6 @@ _rest = np.zeros(0, dtype=np.uint8)  # of the last large page: tables that do no
 _one_at_a_time = Lock()
 
 
-def filled(table: Records, number: int) -> Records:
-    """Return the table, with this number everywhere."""
-    table[...] = number
-    return table
-
-
 def equal(number: float, length: int) -> npt.NDArray[np.float64]:
     """Return a column of equal numbers that takes the memory of one: each element is the same eight bytes."""
     return as_strided(np.full(1, number), (length,), (0,))
@@ -484,7 +478,7 @@ def allocate(
         stamps=record_table(np.dtype(np.int32), bodies),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + 1),
-        rings=filled(record_table(np.dtype(np.int32), slices), bodies),
+        rings=record_table(np.dtype(np.int32), slices),
         marks=np.zeros(slices >> 6, dtype=np.int64),
         found=record_table(SCOUTED, FOUND),
         numbers=np.zeros(0),
@@ -511,6 +505,7 @@ def allocate(
         counts=record_table(COUNTS, 1),
     )
     k.queue.number = k.slots
+    k.rings[...] = bodies
     k.clock[0].bodies = k.clock[0].present = bodies
     return k
 

@@ -79,7 +79,7 @@ def recover(
         target = event_target(name, overwrite)
         if target.exists() and os.path.samestat(os.fstat(log.fileno()), target.stat()):
             raise RecordError(f"{name} is the file to recover from: expected another name for the event file")
-        with record_errors(f"{name} cannot be written", f"; {partial} is as it was"):
+        with record_errors(f"{name} cannot be written", f"; {partial} is as it was", of=Exception):
             made = finish(log, str(partial), target, overwrite)
         remove = out is None and alone and not made.left_over
         if remove:
@@ -164,14 +164,15 @@ def pyarrow_modules() -> tuple[Any, Any]:
 
 
 @contextmanager
-def record_errors(what: str, behind: str = "") -> Iterator[None]:
-    """Within this context an error of the system or of pyarrow, which may raise anything, for a damaged file
-    MemoryError included, becomes a RecordError: ``what`` cannot be done, why, and what is ``behind`` that."""
+def record_errors(what: str, behind: str = "", of: type[Exception] = OSError) -> Iterator[None]:
+    """Within this context an error of the system becomes a RecordError: ``what`` cannot be done, why, and
+    what is ``behind`` that. ``of`` is Exception for work of pyarrow, which may raise anything, for a damaged
+    file MemoryError included."""
     try:
         yield
     except KinetileError:
         raise
-    except Exception as error:
+    except of as error:
         raise RecordError(f"{what}: {reason(error)}{behind}") from error
 
 

@@ -79,7 +79,7 @@ def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
     partial, left = f"{path}{PARTIAL}", ""
     if not os.path.exists(path) and os.path.exists(partial):
         left = f"; `kinetile recover {partial}` makes it of what a run has left"
-    with record_errors(f"{path} cannot be read as an event file", left):
+    with record_errors(f"{path} cannot be read as an event file", left, of=Exception):
         check_regular(path)
         if is_log(path):
             raise RecordError(

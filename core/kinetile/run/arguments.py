@@ -271,7 +271,7 @@ def _bodies_and_pairs(
     engine: Engine, bodies: object, given: object, what: str
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], float]:
     """Returns (n,) numbers of bodies; (n, 2) finite numbers, given as such or as one pair for all; and a
-    length that none of these pairs has more of."""
+    length that no pair exceeds."""
     try:
         numbers = np.array(bodies, ndmin=1)
     except ValueError:  # rows of different lengths

@@ -307,8 +307,8 @@ class Simulation(Moment):
                     "recorder is called with log rows: expected a function of them, or a Recorder; found "
                     f"{shown(recorder)}"
                 )
-            observers = self._observers_for(observe)
             moment = Moment(self.scene, engine)
+            observers = self._observers_for(observe)
             if observers:
                 (observers.go_on if isinstance(observe, Observed) else observers.begin)(moment, engine, end)
             engine.compile()
