@@ -58,9 +58,9 @@ from kinetile.toolbox import (
     Records,
     blame,
     closing_speed,
+    give,
     hook,
     position_at,
-    shared,
     since_origin,
     smaller,
     unchecked,
@@ -391,19 +391,6 @@ soonest_bent, soonest_of_bent_images = _bent_bounds(False), _bent_bounds(True)
 def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
     """Exchanges momentum along a unit normal, by a share of the closing speed; 1: elastically (rule 9)."""
     give(k, a, b, nx, ny, share * closing_speed(k.bodies[a], k.bodies[b], nx, ny))
-
-
-@hook
-def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
-    """Exchanges momentum along a normal of length 1, as equals that close in by a speed do elastically."""
-    one = k.bodies[a]
-    two = k.bodies[b]
-    one_share = shared(k.mass[a], k.mass[b], speed)
-    two_share = shared(k.mass[b], k.mass[a], speed)
-    one.vx += one_share * nx
-    one.vy += one_share * ny
-    two.vx -= two_share * nx
-    two.vy -= two_share * ny
 
 
 @hook

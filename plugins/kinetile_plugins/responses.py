@@ -20,12 +20,11 @@ from kinetile.toolbox import (
     ResponseParts,
     closing_speed,
     hook,
-    presses,
     rest,
     smaller,
     unchecked,
 )
-from kinetile_plugins.disc import exchange, give
+from kinetile_plugins.disc import exchange
 
 
 class Elastic:
@@ -54,7 +53,7 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Turns the closing speed round, with a share of it, ``rule.first``; all of it within ``rule.second``.
-    Those that close in by ``rule.third`` at most settle (rule 9r), or part by that if they are pressed."""
+    Those that close in by ``rule.third`` at most settle, if they may (rule 9r)."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
     slow = rule.third
     one = k.bodies[a]
@@ -62,17 +61,8 @@ def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) ->
         speed = -(one.vx * nx + one.vy * ny)
         if b >= 0:
             speed = closing_speed(one, k.bodies[b], nx, ny)
-        if not speed < -slow:
-            if rest(k, a, b, nx, ny, slow):
-                return
-            if presses(k, a, b, nx, ny):
-                if b >= 0:
-                    give(k, a, b, nx, ny, 0.5 * (speed - slow))
-                else:
-                    speed = (one.vx * nx + one.vy * ny) + slow
-                    one.vx -= speed * nx
-                    one.vy -= speed * ny
-                return
+        if not speed < -slow and rest(k, a, b, nx, ny, slow):
+            return
     if b < 0:
         speed = (1.0 + back) * (one.vx * nx + one.vy * ny)
         one.vx -= speed * nx
@@ -97,10 +87,9 @@ class Restitution:
     """
 
     def __init__(self, e: float, contact_time: float | None = None, settle: float | None = None) -> None:
-        if not is_finite(e) or not 0.0 < e <= 1.0:
+        if not is_finite(e) or not 0.0 <= e <= 1.0:
             raise BadOption(
-                f"restitution: e is {e!r}; expected a number above 0 and at most 1 (to rest: stop, or settle "
-                "among accelerated bodies; to gain speed: a response of your own)"
+                f"restitution: e is {e!r}; expected a number from 0 to 1 (for more: a response of your own)"
             )
         if contact_time is not None and (not is_finite(contact_time) or contact_time < 0.0):
             raise BadOption(f"restitution: contact_time is {contact_time!r}; expected a length of time")
@@ -127,7 +116,7 @@ class Restitution:
                 f"restitution: contact_time is {self.numbers[1]!r}; expected less than {longest!r}, "
                 f"{REMEMBERED:,} units of the clock, which is {scene.time_unit!r} in this scene"
             )
-        return ResponseParts(give_back, self.numbers, beside=FAMILY)
+        return ResponseParts(give_back, self.numbers, FAMILY, self.numbers[1])
 
 
 REMEMBERED = 1024

@@ -11,7 +11,7 @@ import { inOrder } from "./commands.js";
 import { FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
 import { along, exchange, speedAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
-import { arePressed, isBetween, isPressedTo, isSlow, offPressed, onSupport, pairSupports, pressedSpeed, wallSpeed, wallSupport } from "./rest.js";
+import { isBetween, isSlow, leastSpeed, offPressed, onSupport, pairSupports, pressure, pressureOnWall, wallSpeed, wallSupport } from "./rest.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
 import { alongFace, difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
@@ -117,15 +117,17 @@ export class Run {
     } else if (kind === WALL) {
       const { wall } = body.met;
       const response = wallResponse(this.scene.responses, body.kind);
-      const [C, until, held] = [body.last, body.plan, body.held];
-      body.last = tick;
+      const [until, held] = [body.plan, body.held];
       const plan = this.free(body);
       const slow = this.bent && isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
-        const parts = slow && isPressedTo(wall, until);
-        const [vx, vy] = parts ? offPressed(plan, wall, response.w) : offWall(plan, wall, response, returned(response, tick, C, this.q));
+        const least = leastSpeed(response, pressureOnWall(until, wall), this.q);
+        const off = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
+        const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
+        const [vx, vy] = isHop ? offPressed(off, wall, least) : off;
         this.write(body, { ...plan, vx, vy });
-      }
+        if (!isHop) body.last = tick;
+      } else body.last = tick;
       this.freeFrom(body, until);
       yield this.told("wall", body.number, wall);
     } else if (kind === PART) {
@@ -220,18 +222,22 @@ export class Run {
     const [planA, planB] = [this.free(a), this.free(b)];
     const { normal } = meeting;
     const C = a.last > b.last ? a.last : b.last;
-    [a.last, b.last] = [this.now, this.now];
+    let isHop = false;
     const speed = speedAlong(planA, planB, normal);
     const slow = this.bent && isSlow(response, speed);
     if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
-      const parts = slow && arePressed(untilA, untilB, normal);
       const half = 0.5 * (1 + returned(response, this.now, C, this.q)) * speed;
-      const along = parts ? pressedSpeed(planA, planB, normal, response.w) : half;
-      const [vxa, vya, vxb, vyb] =
-        response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, along);
+      let all = response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, half);
+      const least = leastSpeed(response, pressure(untilA, untilB, normal), this.q);
+      const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
+      isHop = least !== null && speedAlong(one, two, normal) < least;
+      if (isHop) all = exchange(one, two, a.m, b.m, this.alike, normal, 0.5 * (speedAlong(one, two, normal) - least));
+      const [vxa, vya, vxb, vyb] = all;
       this.write(a, { ...planA, vx: vxa, vy: vya });
       this.write(b, { ...planB, vx: vxb, vy: vyb });
     }
+    const counted = [a, b].filter(({ m }) => m < Infinity); // rule 11
+    if (!isHop) for (const body of counted.length ? counted : [a, b]) body.last = this.now;
     pair.barred = met;
     this.predictPair(pair);
     this.freeFrom(a, untilA);

@@ -45,23 +45,24 @@ export function isBetween(whole, one, other) {
   return part(across(whole, one.m), other.m) < 0 && part(across(whole, other.m), one.m) < 0;
 }
 
-/** Whether b and a, or a body and a wall, are pressed together by the accelerations that they had. */
-export function arePressed(planA, planB, n) {
-  return part([planB.ax - planA.ax, planB.ay - planA.ay], n) < 0;
+/** By how much two bodies, with the plans that they had, are accelerated towards each other along a normal, or a body towards a wall (rule 11h). */
+export function pressure(planA, planB, n) {
+  return -part([planB.ax - planA.ax, planB.ay - planA.ay], n);
 }
 
-export function isPressedTo(wall, { ax, ay }) {
-  return part([ax, ay], OUTWARD[wall]) > 0;
+export function pressureOnWall({ ax, ay }, wall) {
+  return part([ax, ay], OUTWARD[wall]);
 }
 
-/** The velocity with which a body parts from a wall with speed w. */
-export function offPressed({ vx, vy }, wall, w) {
+/** The speed with which what presses so much parts at the least, or null if it does not. */
+export function leastSpeed({ t = 0 }, pressed, q) {
+  const least = 0.5 * (t > 0 ? t : 2 ** 36 * q) * pressed;
+  return least > 0 ? least : null;
+}
+
+/** The velocity with which a body parts from a wall with a speed. */
+export function offPressed([vx, vy], wall, least) {
   const [nx, ny] = OUTWARD[wall];
-  const h = vx * nx + vy * ny + w;
+  const h = vx * nx + vy * ny + least;
   return [vx - h * nx, vy - h * ny];
-}
-
-/** The speed of an exchange after which two part with speed w. */
-export function pressedSpeed(planA, planB, normal, w) {
-  return 0.5 * (speedAlong(planA, planB, normal) - w);
 }

@@ -159,6 +159,19 @@ def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
 
 
 @hook
+def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
+    """Exchanges momentum along a normal of length 1, as equals that close in by a speed do elastically."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    one_share = shared(k.mass[a], k.mass[b], speed)
+    two_share = shared(k.mass[b], k.mass[a], speed)
+    one.vx += one_share * nx
+    one.vy += one_share * ny
+    two.vx -= two_share * nx
+    two.vy -= two_share * ny
+
+
+@hook
 def shared(mass: float, other: float, speed: float) -> float:
     """Return the part of an exchange that a body takes: 2 other / (mass + other) speed, to about half an ulp.
     Of a body of infinite mass it is 0, and the other one takes 2; two of them part as two equals do."""

@@ -103,23 +103,23 @@ def rest(k: Kernel, a: int, b: int, nx: float, ny: float, slow: float) -> bool:
 
 
 @hook
-def _pull_of(plan: Records) -> tuple[float, float]:
+def _pull_until(plan: Records) -> tuple[float, float]:
     return plan.was_x, plan.was_y
 
 
-@with_field("whole_x", _pull_of)
+@with_field("whole_x", _pull_until)
 @hook
-def pull_of(plan: Records) -> tuple[float, float]:
-    """Return the present acceleration that a body has had until the present contact."""
-    return 0.0, 0.0
+def _pull_of(plan: Records) -> tuple[float, float]:
+    """Returns the present acceleration that a body has had until the present contact."""
+    return plan.ax, plan.ay
 
 
 @hook
-def presses(k: Kernel, a: int, b: int, nx: float, ny: float) -> bool:
-    """Whether their present accelerations have pressed two bodies, or a body and a wall, on each other until
-    the present contact, in a response; the arguments are those of ``rest``."""
-    x, y = pull_of(k.bodies[a])
+def pressure(k: Kernel, a: int, b: int, nx: float, ny: float) -> float:
+    """Returns by how much their present accelerations, until the present contact, close two bodies in along
+    their normal, or a body and a wall; the arguments are those of ``rest``."""
+    x, y = _pull_of(k.bodies[a])
     if b >= 0:
-        other_x, other_y = pull_of(k.bodies[b])
-        return bool((other_x - x) * nx + (other_y - y) * ny < 0.0)
-    return bool(x * nx + y * ny > 0.0)
+        other_x, other_y = _pull_of(k.bodies[b])
+        return float(-((other_x - x) * nx + (other_y - y) * ny))
+    return float(x * nx + y * ny)

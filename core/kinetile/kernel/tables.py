@@ -204,6 +204,7 @@ TRAIT = record(
 RULE = record(
     ("response", "i8", VALUE, DERIVED),  # ELASTIC, PASS, or which hook of those that are composed
     ("first second third fourth", "f8", VALUE, DERIVED),  # the response's own numbers
+    ("contact_time", "f8", VALUE, DERIVED),  # how long what is pressed together stays apart; 0: the default
     align=False,
 )
 PASSING = record(

@@ -264,7 +264,10 @@ class ResponseParts:
     or nothing at all, for the kernel's own ``elastic`` and ``pass``.
 
     Where a response of the scene has an option ``settle``, bodies may rest (rules 9r to 9h): ``toolbox.rest``
-    has one settle on what it meets, and ``toolbox.presses`` says whether the two were pressed together.
+    has one settle on what it meets.
+
+    ``contact_time``: how long at the least, about, the flight of accelerated bodies lasts after a contact at
+    which they are pressed together (rule 11h), in the scene's time; 0: 2^-16 units of its clock.
 
     ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
     ``fourth``: other numbers need no other machine code.
@@ -276,6 +279,7 @@ class ResponseParts:
     respond: Hook | None = None
     numbers: tuple[float, ...] = ()
     beside: tuple[Hook, ...] = ()
+    contact_time: float = 0.0
 
 
 class ContactResponse(Protocol):
@@ -336,6 +340,9 @@ def _mistakes(parts: Parts) -> Iterator[str]:
         fine = isinstance(numbers, tuple) and len(numbers) <= 4
         if not fine or not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
             yield f"numbers is {_shown(numbers)}; expected a tuple of up to four finite numbers"
+        lasting: Any = parts.contact_time
+        if not isinstance(lasting, int | float) or not 0.0 <= lasting < math.inf:
+            yield f"contact_time is {_shown(lasting)}; expected a length of time"
         beside: Any = parts.beside
         if not isinstance(beside, tuple) or not all(map(is_hook, beside)):
             yield f"beside is {_shown(beside)}; expected a tuple of functions marked with toolbox.hook"

@@ -67,16 +67,14 @@ class Rules:
     names: tuple[str, ...]
     foreign: frozenset[Callable[..., Any]]
 
-    def parts(self, pair: PairParts | None, wall: WallParts | None) -> dict[str, Any]:
+    def parts(self, pair: PairParts | None) -> dict[str, Any]:
         """Returns their values for the templates."""
         found: dict[str, Any] = {"RESPONSES": len(self.hooks), "FOREIGN": bool(self.foreign)}
         for number, hook in enumerate(self.hooks, 1):
             found[f"respond_{number}"] = parting(hook) if hook in self.foreign else hook
-        if pair is not None:
-            found |= {"touch": pair.touch, "part": pair.part}
-        if wall is not None:
-            found["touch_wall"] = wall.touch
-        return {name: part for name, part in found.items() if part is not None}
+        if pair is not None and pair.part is not None:
+            found["part"] = pair.part
+        return found
 
 
 def read_rules(
@@ -106,6 +104,7 @@ def read_rules(
         row.response = BUILT_IN.index(response.name) if built_in else 2 + hooks.index(cast(Any, each.respond))
         for name, number in zip(RULE.names[1:], each.numbers, strict=False):  # type: ignore[index]
             row[name] = number
+        row.contact_time = each.contact_time
     passing = bool((rows.response == PASSES).any())
     if passing and broad[1].solid:
         raise _BroadPhaseRefuses(
@@ -264,7 +263,10 @@ class Composition:
             parts |= self.of_shapes
         parts |= self.resting
         if self.rules is not None:
-            parts |= self.rules.parts(self.pair, self.wall)
+            parts |= self.rules.parts(self.pair)
+        if self.rules is not None or self.prepared.bent:
+            touches = {"touch": self.pair, "touch_wall": self.wall}
+            parts |= {name: owner.touch for name, owner in touches.items() if owner and owner.touch}
         needed = {"enter": parts["LIVING"], "leave": parts["LIVING"]}
         for owner, names in (
             (self.broad, [name for name in PHASE_HOOKS if needed.get(name, True)]),
@@ -417,11 +419,11 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
 
 def _demand_bent(narrow: Mapping[str, PairParts | WallParts], held: bool) -> None:
     for name, parts in narrow.items():
-        if not parts.bent:
-            label = described("narrow phase", name)
-            raise Refused(
-                f"{label} does not know accelerations (bent=True), and bodies of this scene have some"
-            )
+        if not parts.bent or parts.touch is None:
+            lacks = "does not know accelerations (bent=True)"
+            if parts.bent:
+                lacks = "does not say along which line bodies touch (touch)"
+            raise Refused(f"{described('narrow phase', name)} {lacks}, and bodies of this scene have some")
     if not held:
         raise Refused(
             f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies of this scene are "

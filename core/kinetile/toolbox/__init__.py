@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from kinetile.kernel.compiled import smaller as smaller
     from kinetile.kernel.compiled import unchecked as unchecked
     from kinetile.kernel.flight import closing_speed as closing_speed
+    from kinetile.kernel.flight import give as give
     from kinetile.kernel.flight import position_after as position_after
     from kinetile.kernel.flight import position_at as position_at
     from kinetile.kernel.flight import positions_now as positions_now
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
     from kinetile.kernel.pairs import remove_pair as remove_pair
     from kinetile.kernel.plan import Plan as Plan
     from kinetile.kernel.plan import positions_after as positions_after
-    from kinetile.kernel.rest import presses as presses
     from kinetile.kernel.rest import rest as rest
     from kinetile.kernel.skin import box_gaps as box_gaps
     from kinetile.kernel.skin import reach_to as reach_to

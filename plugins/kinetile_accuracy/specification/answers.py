@@ -24,6 +24,7 @@ from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
 LONG_AGO = -(1 << 62)
+LASTING = 2.0**36
 OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
 
@@ -100,25 +101,28 @@ class Answers:
         return float((self._bent and self.response(a, b).options.get("settle")) or 0.0)
 
     def touch(self, bodies: tuple[int, ...], now: int) -> None:
-        """Notes that bodies are in a contact that gives them plans."""
-        for body in bodies:
+        """Notes that bodies are in a contact that counts as their last (rule 11): for an immovable one only
+        where no other is movable."""
+        movable = [body for body in bodies if self.masses[body] < math.inf]
+        for body in movable or bodies:
             self._touched[body] = now
 
-    def at_wall(self, a: int, wall: int, plan: FlightPlan, pressed: float | None = None) -> Vector:
-        """Returns the velocity of a body that has met a wall, anchored. A body that is ``pressed`` parts with
-        that speed."""
+    def at_wall(self, a: int, wall: int, plan: FlightPlan, pull: Vector) -> Vector:
+        """Returns the velocity of a body that has met a wall, anchored; until then it was accelerated by
+        ``pull``."""
         response = self.response(a, wall)
         vx, vy = plan.vx, plan.vy
+        nx, ny = OUT[wall]
         if response.name == "restitution":
-            nx, ny = OUT[wall]
-            w = vx * nx + vy * ny
-            back = self._given_back(response, [a], plan.anchor)
-            w = (1.0 + back) * w if pressed is None else w + pressed
+            w = (1.0 + self._given_back(response, [a], plan.anchor)) * (vx * nx + vy * ny)
             vx, vy = vx - w * nx, vy - w * ny
         elif response.name == "stop":
             vx = vy = 0.0
         elif response.name == "elastic":
             vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
+        least, out = self._least(response, part(pull, OUT[wall])), vx * nx + vy * ny
+        if least > 0.0 and -out < least:
+            return vx - (out + least) * nx, vy - (out + least) * ny
         self.touch((a,), plan.anchor)
         return vx, vy
 
@@ -143,27 +147,34 @@ class Answers:
         bodies: tuple[int, int],
         plans: tuple[FlightPlan, FlightPlan],
         along: Vector,
-        pressed: float | None = None,
+        pulls: tuple[Vector, Vector],
     ) -> tuple[Vector, Vector]:
-        """Returns the velocities of two bodies that have met with a normal, anchored; two that are
-        ``pressed`` part with that speed."""
+        """Returns the velocities of two bodies that have met with a normal, anchored; until then they were
+        accelerated by ``pulls``."""
         (a, b), (one, two) = bodies, plans
         response = self.response(a, b)
         velocities = (one.vx, one.vy), (two.vx, two.vy)
         masses = None if self._equal else (self.masses[a], self.masses[b])
-        speed = speed_along(along, velocities)
-        if pressed is not None:
-            speed = 0.5 * (speed - pressed)
-        elif response.name == "restitution":
-            speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor)) * speed
+        if response.name == "stop":
+            still = [math.isinf(self.masses[body]) for body in bodies]
+            rest = velocities[still.index(True)] if still[0] != still[1] else (0.0, 0.0)
+            velocities = rest, rest
+        else:
+            speed = speed_along(along, velocities)
+            if response.name == "restitution":
+                speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor)) * speed
+            velocities = exchanged_along(along, velocities, masses, speed)
+        (ax, ay), (bx, by) = pulls
+        least, speed = self._least(response, -part((bx - ax, by - ay), along)), speed_along(along, velocities)
+        if least > 0.0 and speed < least:
+            return exchanged_along(along, velocities, masses, 0.5 * (speed - least))
         self.touch(bodies, one.anchor)
-        if response.name != "stop":
-            return exchanged_along(along, velocities, masses, speed)
-        rest = (0.0, 0.0)
-        still = [math.isinf(self.masses[body]) for body in bodies]
-        if still[0] != still[1]:
-            rest = velocities[still.index(True)]
-        return rest, rest
+        return velocities
+
+    def _least(self, response: Any, pressure: float) -> float:
+        """Returns the least speed at which two part that are accelerated towards each other by so much."""
+        lasting = float(response.options.get("contact_time") or 0.0) or self._length * LASTING
+        return 0.5 * lasting * pressure
 
     def _given_back(self, response: Any, bodies: list[int], now: int) -> float:
         last = max(self._touched[body] for body in bodies)

@@ -323,14 +323,11 @@ class Course:
         held, pull = self.held[body], self.plans[body].pull
         plan = self._let_go(body)
         (nx, ny), w = OUT[wall], self._answers.settle(body, wall)
-        if w and plan.vx * nx + plan.vy * ny <= w:
-            if self._settles(body, plan, Support(wall, (-nx, -ny)), held):
-                self._answers.touch((body,), self.now)
-                return
-            if part(pull, (nx, ny)) > 0:
-                self._change(body, plan, self._answers.at_wall(body, wall, plan, w))
-                return
-        self._change(body, plan, self._answers.at_wall(body, wall, plan))
+        slow = w and plan.vx * nx + plan.vy * ny <= w
+        if slow and self._settles(body, plan, Support(wall, (-nx, -ny)), held):
+            self._answers.touch((body,), self.now)
+        else:
+            self._change(body, plan, self._answers.at_wall(body, wall, plan, pull))
 
     def _meet(self, a: int, b: int, image: Whole) -> None:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
@@ -339,7 +336,7 @@ class Course:
         one, two = self._anchored(a), self._anchored(b)  # by these plans they meet
         out, face = self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
         plans = one, two = self._let_go(a), self._let_go(b)
-        w, pressed = self._answers.settle(a, b), None
+        w = self._answers.settle(a, b)
         if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
             for body, plan, support, until in (
                 (a, one, Support(b, (-out[0], -out[1]), image, face), held[0]),
@@ -348,9 +345,7 @@ class Course:
                 if self._settles(body, plan, support, until):
                     self._answers.touch((a, b), self.now)
                     return
-            (ax, ay), (bx, by) = pulls
-            pressed = w if part((bx - ax, by - ay), out) < 0 else None
-        velocities = self._answers.of_pair((a, b), plans, out, pressed)
+        velocities = self._answers.of_pair((a, b), plans, out, pulls)
         for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
             self._change(body, plan, velocity)
 

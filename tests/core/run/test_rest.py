@@ -22,7 +22,7 @@ PHASES = ("naive", "cells", "sap-1d", "sap-2d")
 
 
 def rules(e: float = 0.5, settle: float = 0.125) -> dict[Any, kt.Response]:
-    return dict.fromkeys(ANY, kt.Response("restitution", e=e, contact_time=2.0**-20, settle=settle))
+    return dict.fromkeys(ANY, kt.Response("restitution", e=e, contact_time=2.0**-5, settle=settle))
 
 
 def scene(places: Any, velocities: Any, shape: Any = None, immovable: int = 0, **more: Any) -> kt.Scene:
@@ -215,13 +215,13 @@ def test_a_hit_ends_the_hold_and_the_support_is_met_again():
     assert sim.supports()[1:] == [(0,), (0,)]
 
 
-def test_pressed_bodies_that_cannot_rest_part_with_settle():
-    """A brick on a movable brick: it bounces with settle, so for two of it, again and again."""
+def test_pressed_bodies_that_cannot_rest_hop():
+    """A brick on a movable brick parts from it for about the contact time, again and again."""
     pile = scene([[2.0, 0.25], [2.0, 0.75]], [[0.0, 0.0], [0.0, 0.0]], [BRICK, BRICK])
-    sim = run(pile, 4.0)
+    sim = run(pile, 1.0)
     assert sim.supports() == [(FLOOR,), ()]
     assert len(sim.contacts) < 200
-    assert sim.positions()[1][1] == pytest.approx(0.75, abs=0.01)
+    assert sim.positions()[1][1] == pytest.approx(0.75, abs=2.0**-12)
 
 
 def test_on_a_periodic_axis_a_body_slides_on_and_on_and_never_rests_on_a_slope():
@@ -394,7 +394,7 @@ def tiled(seed: int) -> kt.Scene:
     forms = [kt.disc(rng.randint(5, 15) / 100), kt.box(0.3, rng.randint(10, 30) / 100)]
     forms.append(kt.capsule((-0.1, 0.0), (0.1, 0.0), 0.07))
     places = [(round(0.5 + 0.8 * k, 2), height + rng.randint(25, 60) / 100) for k in range(3)]
-    land = kt.Response("restitution", e=0.5, contact_time=1e-6, settle=rng.choice([0.01, 0.05]))
+    land = kt.Response("restitution", e=0.5, contact_time=1e-3, settle=rng.choice([0.01, 0.05]))
     frame = {
         "arena": (8.0, 4.0),
         "gravity": (0.0, -1.0),

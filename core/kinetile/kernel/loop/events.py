@@ -47,7 +47,7 @@ from kinetile.kernel.tables import (
 )
 
 WALLS = LIVING = RULES = PASSING = True
-PERIODIC = FOREIGN = RESTING = False
+PERIODIC = FOREIGN = RESTING = BENT = MIXED = False
 repair = collide = reach_wall = bounce = to_be_filled_in
 
 NOTHING, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
@@ -185,7 +185,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
-    depth = answer_wall(k, h, wall, at) if RULES else bounce(k, body, wall)
+    depth = answer_wall(k, h, wall, at) if RULES or BENT else bounce(k, body, wall)
     if FOREIGN and clock.fault.code != 0:
         return NOTHING
     body.last = NOBODY
@@ -240,7 +240,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     anchor(k, b, at)
     if PERIODIC:
         come_together(k, a, b, h)
-    depth = answer(k, a, b, at) if RULES else collide(k, a, b)
+    depth = answer(k, a, b, at) if RULES or MIXED else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
         return NO_REASON, NOTHING, NOBODY, NOBODY
     if depth != depth:  # not a number: two centres on one place, and no line between them

@@ -302,7 +302,7 @@ def must_return(k: Kernel, contacts: int) -> int:
         return FAULT
     if clock.lists.wanted > 0:
         return NO_ROOM
-    if RULES and clock.limits.faster != 0:
+    if (RULES or BENT) and clock.limits.faster != 0:
         return FASTER
     if stops.due != 0:
         stops.due = 0

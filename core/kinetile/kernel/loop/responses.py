@@ -19,24 +19,29 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
-from kinetile.kernel.flight import position_at, square_of_speed
+from kinetile.kernel.flight import closing_speed, give, position_at, square_of_speed
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
 from kinetile.kernel.passings import ELASTIC, FIRST, is_passing, passes, rule_of
-from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, without
+from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pressure, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
 """By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
 scene (``scene.checks.TOLERANCE``)."""
 
+LASTING = 2.0**36
+"""Ticks that the flight after a contact lasts at the least, where what meets is pressed together by its
+accelerations and the response has no time of its own: 2^-16 units (rule 11h)."""
+
 MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
 RESPONSES = 0
-PERIODIC = SHAPED = RESTING = False
+RULES = True
+PERIODIC = SHAPED = RESTING = BENT = MIXED = False
 respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
 collide = touch = bounce = touch_wall = part = gap = ledge = to_be_filled_in
 
@@ -103,9 +108,11 @@ def _energy(k: Kernel, body: int) -> float:
 
 
 @hook
-def _note(k: Kernel, body: int, tick: int) -> None:
-    """Write down that a body has met another, or a wall, and whether it is too fast for its reach now."""
-    k.traits[body].touched = tick
+def _note(k: Kernel, body: int, tick: int, counts: bool) -> None:
+    """Notes that a body has met another, or a wall, if that ``counts`` as its last contact (rule 11), and
+    whether it is too fast for its reach now."""
+    if counts:
+        k.traits[body].touched = tick
     plan = k.bodies[body]
     if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].limits.speed2:
         k.clock[0].limits.faster = 1
@@ -169,46 +176,104 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 
 
 @template
+def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) -> bool:
+    """Has two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they meet
+    again after about ``lasting``, at the least (rule 11h); returns whether that has changed how they part.
+
+    Without it what is pressed on something curved, or something that moves, comes back after ever shorter
+    flights, and at last without any: the run would end as if it was jammed.
+    """
+    one = k.bodies[a]
+    if RESTING:
+        held = one.holds
+        if b >= 0:
+            held += k.bodies[b].holds
+        if held > 0:
+            return False
+    least = 0.5 * lasting * pressure(k, a, b, nx, ny)
+    if not least > 0.0:
+        return False
+    if b < 0:
+        out = one.vx * nx + one.vy * ny
+        if -out >= least:
+            return False
+        out += least
+        one.vx -= out * nx
+        one.vy -= out * ny
+        return True
+    speed = closing_speed(one, k.bodies[b], nx, ny)
+    if speed >= least:
+        return False
+    give(k, a, b, nx, ny, 0.5 * (speed - least))
+    return True
+
+
+@hook
+def _lasting(k: Kernel, contact_time: float) -> float:
+    """Returns how long the flight after a contact lasts at the least: the rule's own time, or the default."""
+    return float(contact_time if contact_time > 0.0 else k.clock[0].tick * LASTING)
+
+
+@template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
-    """Answer a contact of two bodies, both anchored at it, by their rule; return how deep they overlap."""
+    """Answers a contact of two bodies, both anchored at it, by their rule; returns how deep they overlap."""
     before = _energy(k, a) + _energy(k, b)
-    rule = k.rules[rule_of(k, a, b)]
-    if RESPONSES == 0 or rule.response == ELASTIC:  # no ``touch`` is needed for elastic contacts alone
-        depth = collide(k, a, b)
-        if RESTING:
-            let_go(k, a)
-            let_go(k, b)
-    else:
+    elastic = True
+    lasting = 0.0
+    if RULES:
+        rule = k.rules[rule_of(k, a, b)]
+        elastic = RESPONSES == 0 or rule.response == ELASTIC
+        lasting = rule.contact_time
+    nx = ny = depth = 0.0
+    if MIXED or not elastic:  # no ``touch`` is needed for elastic contacts of bodies that fall alike
         nx, ny, depth = touch(k, a, b)
+    if elastic:
+        depth = collide(k, a, b)
+    if RESTING:
+        let_go(k, a)
+        let_go(k, b)
+    if RESPONSES > 0 and not elastic:
         if RESTING:
-            let_go(k, a)
-            let_go(k, b)
             consider(k, a, b, nx, ny)
         _respond(k, a, b, nx, ny, rule)
+    counts = True
+    if MIXED and depth == depth:
+        counts = not separate(k, a, b, nx, ny, _lasting(k, lasting))
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
-        _note(k, a, tick)
-        _note(k, b, tick)
+        one_fixed = k.mass[a] == math.inf
+        two_fixed = k.mass[b] == math.inf
+        _note(k, a, tick, counts and (two_fixed or not one_fixed))
+        _note(k, b, tick, counts and (one_fixed or not two_fixed))
     return float(depth)
 
 
 @template
 def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
-    """Answer a contact of a body, anchored at it, and a wall by its rule; return how deep it is in there."""
+    """Answers a contact of a body, anchored at it, and a wall by its rule; returns how deep it is in it."""
     before = _energy(k, a)
-    rule = k.rules[rule_of(k, a, wall)]
-    if RESPONSES == 0 or rule.response == ELASTIC:
-        depth = bounce(k, k.bodies[a], wall)
-        if RESTING:
-            let_go(k, a)
-    else:
+    elastic = True
+    lasting = 0.0
+    if RULES:
+        rule = k.rules[rule_of(k, a, wall)]
+        elastic = RESPONSES == 0 or rule.response == ELASTIC
+        lasting = rule.contact_time
+    nx = ny = depth = 0.0
+    if BENT or not elastic:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
+    if elastic:
+        depth = bounce(k, k.bodies[a], wall)
+    if RESTING:
+        let_go(k, a)
+    if RESPONSES > 0 and not elastic:
         if RESTING:
-            let_go(k, a)
             consider(k, a, wall, nx, ny)
         _respond(k, a, wall, nx, ny, rule)
+    counts = True
+    if BENT:
+        counts = not separate(k, a, wall, nx, ny, _lasting(k, lasting))
     k.counts[0].answered_energy += _energy(k, a) - before
-    _note(k, a, tick)
+    _note(k, a, tick, counts)
     return float(depth)
 
 
