@@ -107,11 +107,11 @@ def _energy(k: Kernel, body: int) -> float:
     return 0.5 * mass * square_of_speed(k.bodies[body]) if mass < math.inf else 0.0
 
 
-@hook
+@template
 def _note(k: Kernel, body: int, tick: int, counts: bool) -> None:
     """Notes that a body has met another, or a wall, if that ``counts`` as its last contact (rule 11), and
     whether it is too fast for its reach now."""
-    if counts:
+    if RULES and counts:
         k.traits[body].touched = tick
     plan = k.bodies[body]
     if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].limits.speed2:
