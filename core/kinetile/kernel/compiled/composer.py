@@ -75,7 +75,7 @@ def _compose(
 
 @cache
 def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a hook that hands a hook NumPy's arrays."""
+    """Returns a hook that calls a hook with NumPy's arrays in place of views."""
     if INTERPRETED:
         return function
 
@@ -238,7 +238,7 @@ def while_compiling(context: Callable[[], AbstractContextManager[Any]]) -> None:
 
 
 def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
-    """Compiles a composed function for such arguments, or load it from the disk cache, without running it.
+    """Compiles a composed function for such arguments, or loads it from the disk cache, without running it.
 
     Raises NotCompiled where a hook is not such as can be compiled.
     """
