@@ -249,7 +249,8 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     """Say how long it takes."""
     if not lanes.is_default(config):
         return None
-    return f"{len(items):,} tests: some 9 minutes of CPU time, by three processes at once"
+    cpu, wall = cost.CPU_SECONDS, cost.WALL_SECONDS
+    return f"{len(items):,} tests, by three processes at once: some {cpu} CPU seconds, in {wall} s"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -131,6 +131,9 @@ def describe_row(row: Mapping[str, Any] | None) -> str:
         b = f"the {WALLS[row['b']]} wall" if row["b"] in WALLS else f"body {row['b']}"
         b = "a command" if row["b"] < min(WALLS) else b
         return f"body {row['a']} with {b} at time {row['time']!r} (epoch {row['epoch']}, tick {row['tick']})"
+    if "ended" in row:
+        ran = row["ended"] == "ran"
+        return f"ran to time {row['time']!r}" if ran else f"ended at time {row['time']!r} with {row['ended']}"
     return ", ".join(
         f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items()
     )

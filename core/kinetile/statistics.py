@@ -15,7 +15,7 @@ _MOST_BLOCKS = 256
 _FEWEST_BLOCKS = 8
 _LEAST_INDEPENDENT = 50
 _ROUNDING = 2.0**-40
-"""What scatters by no more than this part of its mean is constant, but for rounding."""
+"""What scatters by no more than this part of its mean is constant, but for rounding: its error is 0."""
 
 
 class Estimate(NamedTuple):
@@ -137,6 +137,7 @@ class Blocks:
                 # A correlation of deviations from their own mean is too low by one over their number.
                 follow = np.nansum(apart[1:] * apart[:-1], axis=0) / spread
                 square = square * (1.0 + 2.0 * np.fmax(follow + 1.0 / known, 0.0))
+                square = np.where(constant, 0.0, square)
                 enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))
                 error, blocks = np.where(found, enough, error), np.where(found, known, blocks)
         blocks = np.where(np.isnan(error), 0, blocks)

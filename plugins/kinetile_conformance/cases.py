@@ -284,8 +284,8 @@ def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None
     if parted is None:
         return table_difference(found.tables, expected.tables)
     if parted.what == "end":
-        ends = [f"{each.ended}, at time {each.time!r}" for each in (found, expected)]
-        return f"{name} ended with {ends[0]}; {REFERENCE} with {ends[1]}"
+        ends = [describe_row({"time": each.time, "ended": each.ended}) for each in (found, expected)]
+        return f"{name} {ends[0]}; {REFERENCE} {ends[1]}"
     return told(parted.place, parted.found, parted.expected, describe_row)
 
 

@@ -31,16 +31,16 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 
 
 class Pressure(Observable):
-    """``P`` by the virial of all contacts, ``kT`` beside it, ``P/kT``, ``Z`` = P A / (N kT), and ``P_walls``
-    by contacts with walls.
+    """``P`` by the virial of all contacts, ``kT`` beside it, ``P/kT``, ``Z`` = P A / (N kT), the pressure on
+    each wall, such as ``P_bottom``, and ``P_walls``, their mean.
 
-    With accelerations ``P`` is the mean over the arena, and each wall has its own, such as ``P_bottom``.
+    With accelerations ``P`` is the mean over the arena, and there is no ``P_walls``.
 
     ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
     and all contacts are elastic.
     """
 
-    keeps = ("virial", "at_walls", "at_each", "energy", "bodies", "movable", "last")
+    keeps = ("virial", "at_walls", "energy", "bodies", "movable", "last")
 
     def __init__(self, by: str | None = None) -> None:
         if by not in (None, "counts", "impulses"):
@@ -62,9 +62,9 @@ class Pressure(Observable):
         self.needs = "contacts" if self.by == "counts" else "velocities"
         self.scene, self.area = scene, math.prod(scene.arena)
         width, height = scene.arena
-        walls = axes_with_walls(scene)
-        self.perimeter = 2.0 * (height * ("x" in walls) + width * ("y" in walls))
-        if not self.perimeter and not np.isfinite(scene.mass).all():
+        axes, lengths = axes_with_walls(scene), {LEFT: height, RIGHT: height, BOTTOM: width, TOP: width}
+        self.lengths = {wall: each for wall, each in lengths.items() if "xy"[wall < RIGHT] in axes}
+        if not self.lengths and not np.isfinite(scene.mass).all():
             raise Refused(
                 "observable 'pressure' needs walls where some bodies are immovable, and this scene is "
                 "periodic along both axes: what is immovable takes up momentum at every contact"
@@ -73,25 +73,25 @@ class Pressure(Observable):
         self.radius = np.append(scene.radius, np.zeros(4))
         self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
         self.alike = bool((scene.radius == scene.radius[:1]).all() and (scene.mass == scene.mass[:1]).all())
-        self.virial = self.at_walls = self.energy = 0.0
-        self.at_each = np.zeros(len(WALLS))
+        self.virial = self.energy = 0.0
+        self.at_walls = np.zeros(len(WALLS))
         self.bodies = self.movable = 0
         self.last: float | None = None
 
     def collect(self, collisions: Collisions) -> None:
         """Adds d . J of contacts, and J of those with walls; by counts in units of 2 kT F."""
         a, b = collisions.a, collisions.b
+        walls = b < 0
         if self.by == "impulses":
-            pair, (width, height) = b >= 0, self.scene.arena or (0.0, 0.0)
+            width, height = self.scene.arena or (0.0, 0.0)
             place = collisions.position[:, 0]
             x, y = place.T
             apart = displacement(self.scene, collisions.position[:, 1] - place)
-            to_wall = np.choose(np.where(pair, 0, -b - 1), [x, width - x, y, height - y])
+            to_wall = np.choose(np.where(walls, -b - 1, 0), [x, width - x, y, height - y])
             push = np.hypot(*collisions.impulse.T)
             along = (apart * collisions.impulse).sum(axis=1)
-            self.virial = _added(self.virial, np.where(pair, along, to_wall * push))
-            self.at_walls = _added(self.at_walls, push[~pair])
-            np.add.at(self.at_each, -1 - b[~pair], push[~pair])  # one by one, as ``_added``
+            self.virial = _added(self.virial, np.where(walls, to_wall * push, along))
+            np.add.at(self.at_walls, -1 - b[walls], push[walls])  # one by one, as ``_added``
             return
         if max(a.max(initial=0), b.max(initial=0)) >= len(self.radius) - 4:
             raise Refused(
@@ -99,12 +99,12 @@ class Pressure(Observable):
                 "pressure:by=impulses"
             )
         if self.alike:  # counted; a weight for all of them is in sample
-            self.at_walls += np.count_nonzero(b < 0)
-            self.virial += np.count_nonzero(b >= 0)
+            np.add.at(self.at_walls, -1 - b[walls], 1.0)
+            self.virial += np.count_nonzero(~walls)
         else:
             pushes = 1.0 / np.sqrt(self.inverse_mass[a] + self.inverse_mass[b])
             self.virial = _added(self.virial, (self.radius[a] + self.radius[b]) * pushes)
-            self.at_walls = _added(self.at_walls, pushes[b < 0])
+            np.add.at(self.at_walls, -1 - b[walls], pushes[walls])
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the pressures of the time since the last sample."""
@@ -114,10 +114,11 @@ class Pressure(Observable):
         self.energy, degrees = inner_energy(moment)
         self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
         virial, at_walls = self.virial, self.at_walls
-        self.virial = self.at_walls = 0.0
+        self.virial, self.at_walls = 0.0, np.zeros(len(WALLS))
         if self.by == "counts" and self.alike and len(self.radius) > 4:
             at_walls *= 1.0 / math.sqrt(self.inverse_mass[0])
-            virial = float(self.radius[0]) * (at_walls + virial * math.sqrt(2.0 / self.inverse_mass[0]))
+            pairs = virial * math.sqrt(2.0 / self.inverse_mass[0])
+            virial = float(self.radius[0]) * (float(at_walls.sum()) + pairs)
         if last is not None:
             time = moment.time - last
             if degrees <= 0 or energy + self.energy <= 0.0:
@@ -131,21 +132,11 @@ class Pressure(Observable):
                 virial = self.bodies * heat + unit * virial / (2.0 * time)
                 found["P"] = virial / self.area
                 found |= {"kT": heat, "P/kT": found["P"] / heat, "Z": virial / (self.bodies * heat)}
-            if self.perimeter:
-                found["P_walls"] = unit * at_walls / (time * self.perimeter)
-            if self.scene.bent:
-                found |= self._of_each_wall(time)
-            self.at_each = np.zeros(len(WALLS))
+            forces = {wall: unit * float(at_walls[-1 - wall]) / time for wall in self.lengths}
+            if forces and not self.scene.bent:
+                found["P_walls"] = sum(forces.values()) / sum(self.lengths.values())
+            found |= {f"P_{WALLS[wall]}": force / self.lengths[wall] for wall, force in forces.items()}
         return found
-
-    def _of_each_wall(self, time: float) -> dict[str, float]:
-        (width, height), axes = self.scene.arena or (0.0, 0.0), axes_with_walls(self.scene)
-        lengths = {LEFT: height, RIGHT: height, BOTTOM: width, TOP: width}
-        return {
-            f"P_{WALLS[wall]}": push / (time * lengths[wall])
-            for wall, push in zip(WALLS, self.at_each.tolist(), strict=True)
-            if ("x" if wall >= RIGHT else "y") in axes
-        }
 
 
 def _added(total: float, terms: npt.NDArray[np.float64]) -> float:

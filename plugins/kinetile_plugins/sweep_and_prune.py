@@ -250,7 +250,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 
     @hook
     def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
-        """Returns how far the first image of a bound behind another one in the order is right of it."""
+        """Returns how far a bound is right of the one before it in the order: its first image behind that."""
         gap = edge(k, s, right, at) - edge(k, s, left, at)
         if circular:
             one = k.images[left >> shift]
@@ -312,7 +312,7 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
     @unchecked
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Watches all gaps; hold a pair once for every L of another body between the bounds of one, in the
+        """Watches all gaps; holds a pair once for every L of another body between the bounds of one, in the
         first list, and every image through which the two overlap in the others."""
         for body in range(k.clock[0].bodies):
             for bound in range(stride * body, stride * body + place_at):

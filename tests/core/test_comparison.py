@@ -74,7 +74,7 @@ def test_the_end_and_the_bodies_are_compared_too():
     assert find_divergence("a", "b", reference, replace(reference, contacts=contacts.copy())) is None
     ended = find_divergence("a", "b", reference, replace(reference, ended="ZenoError: jammed", time=0.5))
     assert ended.what == "end"
-    assert "time 0.5, ended ZenoError" in str(ended)
+    assert "ended at time 0.5 with ZenoError" in str(ended)
     negative = velocities.copy()
     negative[1, 0] = -0.0
     moved = find_divergence("a", "b", reference, replace(reference, velocities=negative))

@@ -241,11 +241,10 @@ def test_a_clause_is_followed(name: str) -> None:
 def test_a_scene_has_commands_for_bodies_that_are_there_and_new_numbers(
     family: str, name: str, said: dict[str, Any], right: bool
 ) -> None:
-    why = (
-        r"gravity|acceler|at rest on the|\.body: found"
-        if family == "accelerations"
-        else r"commands\[\d\]\.body: found \d"
-    )
+    why = {
+        "accelerations": r"gravity|acceler|at rest on the|\.body: found",
+        "responses": r"restitution: e is ",
+    }.get(family, r"commands\[\d\]\.body: found \d")
     with nullcontext() if right else pytest.raises(SceneError, match=why):
         scene_of(said)
 

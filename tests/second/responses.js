@@ -24,6 +24,7 @@ export function readResponses(tables) {
     if (name !== "restitution") return { between, name };
     const { e, contact_time, settle } = table.options ?? {};
     const w = number(settle ?? 0, `${at}.options.settle`);
+    if (!(e >= 0 && e <= 1)) throw new Error(`${at}.options.e is ${e}, not from 0 to 1.`);
     return { between, name, e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w };
   });
 }

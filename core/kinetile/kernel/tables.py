@@ -175,7 +175,7 @@ RESTING_SHAPED = record(*declared(BENT_SHAPED), *RESTS)
 ENTRY = record(
     ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under: the first of the next three
     ("own", "i8", DUE, DERIVED),  # when its structural certificate fails
-    ("tick", "i8", DUE, DERIVED),  # its first contact with another body: not later than this, or exactly then
+    ("tick", "i8", DUE, DERIVED),  # its first contact with another body: not before this, or exactly then
     ("wall", "i8", DUE, DERIVED),  # its contact with a wall, or NOT_ASKED
     ("guard", "i8", DUE, DERIVED),  # every other contact of the body is not before this
     ("partner", "i4", SLOT, DERIVED),  # the body that it meets at tick

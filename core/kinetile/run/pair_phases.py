@@ -29,8 +29,8 @@ def spec_of(name: str) -> NarrowPhaseSpec:
 
 
 def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, int]]]:
-    """Returns of narrow phases for pairs those that decide contacts of a scene, and of which two shapes: the
-    first that takes both. NotTaken if none takes two that there are, BadOption if one could never decide."""
+    """Returns the narrow phases that decide contacts of a scene, each with its pairs of shapes: the first
+    that takes both. NotTaken if none takes two that there are, BadOption if one could never decide."""
     taken = {each: {*spec_of(each).shapes} for each in names}
     for at, name in enumerate(names):
         if any(taken[name] <= taken[other] for other in names[:at]):

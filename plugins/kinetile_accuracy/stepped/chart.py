@@ -278,7 +278,7 @@ def _write(panel: Any, text: str, at: tuple[float, float], shift: tuple[int, int
 
 
 def _lay_out(strip: Any, main: Any, error: str, rows: Sequence[SpeedError]) -> None:
-    """Sets the axes of a panel and its strip, and mark the break between them."""
+    """Sets the axes of a panel and its strip, and marks the break between them."""
     values = [getattr(row, error) for row in rows if getattr(row, error) > ROUNDING]
     least, most = min(values, default=1e-3), max(values, default=1.0)
     main.set(xscale="log")

@@ -46,10 +46,10 @@ FEWEST, MOST = 3, 300
 """Bodies at the start of a large scene."""
 
 SIZES = ("crowd", "giants")
-"""Kinds of swarms for which a grid has levels,"""
+"""Kinds of swarms for which a grid has levels; they are drawn more often."""
 
 LEVELS = 12 if INTERPRETED else 48
-"""if there are that many bodies; they are drawn more often."""
+"""From how many bodies on a grid has levels for them."""
 
 
 def _of_kinds(number: int) -> Scene:

@@ -260,7 +260,7 @@ def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @hook
     def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
         """Writes the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``;
-        return the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
+        returns the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
         grid = s.levels[level]
         middle = beside(grid, cell, right, up)
         low = beside(grid, middle, -up, -right)

@@ -31,7 +31,7 @@ def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
     @unchecked
     @hook
     def watch(k: Kernel, s: State, body: int) -> None:
-        """Schedules when a body reaches an edge of its cell, and note which; never before now.
+        """Schedules when a body reaches an edge of its cell, and notes which; never before now.
 
         Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
         from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a

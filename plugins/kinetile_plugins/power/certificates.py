@@ -258,7 +258,7 @@ def settle(k: Kernel, s: State, site: int) -> None:
 
 @hook
 def note(k: Kernel, s: State, h: int, site: int, tick: int) -> None:
-    """Notes when an edge fails, at its owner's half-edge, and queue the owner."""
+    """Notes when an edge fails, at its owner's half-edge, and queues the owner."""
     old = s.due[h]
     s.due[h] = tick
     if tick <= k.queue[site].own:

@@ -15,7 +15,7 @@ from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, spl
 
 @hook
 def flip_and_offer(k: Kernel, s: State, h: int) -> None:
-    """Flips an edge, and offer the two ends that it has then, if they are bodies."""
+    """Flips an edge, and offers the two ends that it has then, if they are bodies."""
     flip(s, h)
     if s.org[h] < slots(s) and s.org[s.twin[h]] < slots(s):
         offer(k, s.org[h], s.org[s.twin[h]])
@@ -83,7 +83,7 @@ def insert(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Triangulates by insertion, and watch all edges."""
+    """Triangulates by insertion, and watches all edges."""
     for i in range(k.clock[0].bodies):
         insert(k, s, int(s.order[i]))
     count = 0
@@ -106,7 +106,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def watch_anew(k: Kernel, s: State, count: int) -> None:
-    """Watches the edges that are listed, of which some are others than before, and queue their ends."""
+    """Watches the edges that are listed, of which some are others than before, and queues their ends."""
     watch(k, s, count)
     for i in range(count):
         settle(k, s, s.org[s.listed[i]])

@@ -92,7 +92,7 @@ from .web import (
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Constructs the tiling and watch its tiles."""
+    """Constructs the tiling and watches its tiles."""
     construct(k, s)
     for body in range(k.clock[0].bodies):
         watch_around(k, s, body)

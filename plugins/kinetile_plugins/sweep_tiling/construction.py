@@ -98,7 +98,7 @@ def link_in_order(s: State, p: int, q: int) -> None:
 
 @hook
 def construct(k: Kernel, s: State) -> None:
-    """Links all ports and set all ends."""
+    """Links all ports and sets all ends."""
     n = len(s.level)
     left_edge = right_bound(n)
     right_edge = left_bound(n)

@@ -385,6 +385,17 @@ def test_a_hook_on_disk_that_is_damaged_or_another_is_compiled_again(folder, cap
 
 @needs_compiler
 @pytest.mark.usefixtures("compiled_here")
+def test_a_damaged_cache_had_a_line_for_each_hook(folder, caplog):
+    assert hooks_again()(41.5) == 42
+    for path in folder.rglob("*.nb[ih]"):
+        path.write_bytes(b"")
+    assert hooks_again()(41.5) == 42
+    assert len(caplog.records) == 1
+    assert "and 2 more functions in " in caplog.text
+
+
+@needs_compiler
+@pytest.mark.usefixtures("compiled_here")
 def test_machine_code_for_other_arguments_is_not_loaded_under_a_name_of_its_own(folder, monkeypatch, caplog):
     """Two processes may number the machine code of two signatures differently."""
     import numba

@@ -8,9 +8,10 @@ import pytest
 
 import kinetile as kt
 from hostile_phases import nobody
+from kinetile.comparison import find_divergence
 from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
-from kinetile_conformance.cases import Subject, table_difference, tables_after
+from kinetile_conformance.cases import RunOutcome, Subject, difference, table_difference, tables_after
 from kinetile_conformance.checks import claims
 from kinetile_conformance.runner import CheckRun, Plan, Runner
 from kinetile_conformance.strategies.swarms import swarm
@@ -142,6 +143,14 @@ def test_the_scene_of_a_disagreement_is_the_one_on_which_it_was_seen():
     assert seen.scene is not None
     assert len(seen.scene) == 12
     assert seen.scene.radius.max() < 1e-6
+
+
+def test_another_end_was_told_as_with_ran_at_time():
+    sim = kt.Simulation(swarm("gas", 8), "naive", turning=True)
+    expected, found = RunOutcome.of(sim), RunOutcome.of(sim, "LateContact: it is late")
+    text = "sap-1d ended at time 0.0 with LateContact: it is late; naive ran to time 0.0"
+    assert difference(found, expected, "sap-1d") == text
+    assert "ran to time 0.0" in str(find_divergence("naive", "sap-1d", expected, found))
 
 
 @pytest.mark.parametrize("name", ["bodies.last", "clock.limits.tolerance", "counts.logged", "mass"])

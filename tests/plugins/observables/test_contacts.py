@@ -50,6 +50,8 @@ def test_two_discs_in_a_box_have_the_exact_rates_and_pressure():
         for quantity in ("P", "P_walls"):
             assert agree(found[name][quantity], None, exact_pressure())
             assert found[name][quantity].error < 0.005 * exact_pressure()
+        for wall in ("left", "right", "bottom", "top"):
+            assert agree(found[name][f"P_{wall}"], None, exact_pressure())
         assert found[name]["Z"].mean == pytest.approx(found[name]["P"].mean)  # N kT = A = 1
 
 
@@ -71,6 +73,7 @@ def test_impulses_are_right_to_the_last_contact():
     found = sim.observed["pressure"]
     force = 2.0 * 3.0 / 1.5  # on both walls together
     assert found["P_walls"].mean == pytest.approx(force / 6.0)
+    assert (found["P_left"].mean, found["P_bottom"].mean) == (pytest.approx(force / 2.0), 0.0)
     assert found["P"].mean == pytest.approx((1.5 + force * 0.25 / 2.0) / 2.0)
 
 

@@ -25,10 +25,10 @@ what two doubles add.
 bits) to 971; a tick takes up to 1,100 off. So ``cell``, ZERO + floor(p / 26), is from **ZERO = 96** - 86 = 10
 up to 96 + 37 = 133. From there a double needs 3 cells (53 bits and a shift of up to 25: 78). Times a count
 (62 bits), and six of them summed, it is below 2^(78 + 65), that is 6 cells with a sign: ``room`` gives 8.
-Three fewer are enough for a speed, and what a count multiplies stays inside. Products of two have twice, of
-four four times the room, 16 and 32 cells for less than 12 and 24; U K is a length, so a K and a K^2 have room
-as well. The highest end is 141, of **CELLS = 160**. The periods of an image are such a length times a whole
-number below 2^32, less than a count: its digits are added before carrying, each below 2^58.
+Three fewer are enough for a speed, and what a count multiplies stays inside. Products of two have twice the
+room, those of four have four times, 16 and 32 cells for less than 12 and 24; U K is a length, so a K and a
+K^2 have room as well. The highest end is 141, of **CELLS = 160**. The periods of an image are such a length
+times a whole number below 2^32, less than a count: its digits are added before carrying, each below 2^58.
 """
 
 from __future__ import annotations

@@ -189,7 +189,7 @@ class _LinkedCode(_Code):
         return self._shared_module
 
     def _finalize_final_module(self) -> None:
-        """Notes that the code is complete, and make no machine code of it."""
+        """Notes that the code is complete, and makes no machine code of it."""
         cast(Any, self)._finalize_dynamic_globals()
         self._finalized = True
 
@@ -323,8 +323,8 @@ class LinkingCompiler(_Compiler):
     bitcode (``cache.KeptHook``), and so has names that no process gives to other code."""
 
     kept: Callable[[Any, str], Any]
-    """Return where the code of a function is kept, by what it depends on besides: something with a name, that
-    loads and saves it; or None."""
+    """Returns where a function's code is kept, by what else it depends on: something with a name, that loads
+    and saves it; or None."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")

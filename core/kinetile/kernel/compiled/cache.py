@@ -13,9 +13,9 @@ loop. That bitcode names no processor; it is kept for one all the same, as machi
 Numba loads whatever lies in its cache: a file that is damaged, or copied over another, would end every later
 run, or crash it, or compute something else. So each file ends with a digest of the key that it was written
 for (the signature, the processor, the function's code) and with the SHA-256 of its name and of all that is
-before it, and nothing is unpickled before both are compared. An entry that is not right is dropped, a line of
-the log ``kinetile`` (on stderr, where logging is not set up) says so, and the code is compiled again. Only
-regular files are opened.
+before it, and nothing is unpickled before both are compared. An entry that is not right is dropped, and the
+code is compiled again; the log ``kinetile`` (on stderr, where logging is not set up) has one line a loop for
+all such entries. Only regular files are opened.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, cast
 
@@ -134,10 +135,30 @@ class KeptHook:
             self._files._save_data(self._file, data)
 
 
-def _say_dropped(name: str, error: Exception) -> None:
+_dropped: ContextVar[list[tuple[str, Exception]] | None] = ContextVar("dropped", default=None)
+
+
+@contextmanager
+def dropped_together() -> Iterator[None]:
+    """Logs all that is dropped within this context in one line: a loop has some 150 files."""
+    token = _dropped.set([])
+    try:
+        yield
+    finally:
+        dropped = _dropped.get()
+        _dropped.reset(token)
+        if dropped:
+            _say_dropped(*dropped[0], others=len(dropped) - 1)
+
+
+def _say_dropped(name: str, error: Exception, others: int = 0) -> None:
+    together = _dropped.get()
+    if together is not None:
+        together.append((name, error))
+        return
     logging.getLogger("kinetile").warning(
         "kinetile: the machine code of %s in %s cannot be used (%s): it is dropped, and compiled again",
-        name,
+        f"{name} and {others} more functions" if others else name,
         folder(),
         str(error) or type(error).__name__,
     )

@@ -29,7 +29,7 @@ from kinetile.kernel.compiled.views import wrapping
 
 if not INTERPRETED:
     from kinetile.kernel.compiled import backend
-    from kinetile.kernel.compiled.cache import CheckedCache, is_whole
+    from kinetile.kernel.compiled.cache import CheckedCache, dropped_together, is_whole
     from kinetile.kernel.compiled.views import ViewModel, packed_kind
 else:
     from kinetile.kernel.compiled.views import quick
@@ -75,7 +75,7 @@ def _compose(
 
 @cache
 def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a hook that hands a hook NumPy's arrays."""
+    """Returns a hook that calls a hook with NumPy's arrays in place of views."""
     if INTERPRETED:
         return function
 
@@ -104,7 +104,7 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
 
 def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> _Composed:
     def with_what_it_calls(compiles: Callable[[Any], Any], signature: Any) -> Any:
-        with _compiling(), warnings.catch_warnings():
+        with _compiling(), dropped_together(), warnings.catch_warnings():
             # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
             # takes the right one, and warns that it has looked at the other.
             warnings.simplefilter("ignore", backend.NumbaExperimentalFeatureWarning)
@@ -238,7 +238,7 @@ def while_compiling(context: Callable[[], AbstractContextManager[Any]]) -> None:
 
 
 def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
-    """Compiles a composed function for such arguments, or load it from the disk cache, without running it.
+    """Compiles a composed function for such arguments, or loads it from the disk cache, without running it.
 
     Raises NotCompiled where a hook is not such as can be compiled.
     """

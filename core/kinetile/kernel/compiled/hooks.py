@@ -241,7 +241,7 @@ if not INTERPRETED:
             self.address: int | None = None
 
         def load(self) -> None:
-            """Compiles the function, or load it from the disk cache, and make its name known."""
+            """Compiles the function, or loads it from the disk cache, and makes its name known."""
             for each in self.called:
                 each.load_apart()
             if self.address is None:

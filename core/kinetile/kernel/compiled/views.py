@@ -12,8 +12,8 @@ of a row of words for each array. ``disowned`` copies the rows to where no store
 there the optimiser holds them in registers. Hooks take the address of that copy, which takes an eighth off
 the time to compile a loop.
 
-An author may count on NumPy's way, and slice and search as he likes, so ``composer`` hands the same tables as
-NumPy's arrays (``wrapping``) to every hook that is not marked ``unchecked``. A number of a body that such a
+Authors may use NumPy indexing and slicing, so ``composer`` passes the same tables as NumPy's arrays
+(``wrapping``) to every hook that is not marked ``unchecked``. A number of a body that such a
 hook returns is an index of the loop: ``kernel.loop.checked`` compares it first.
 """
 
