@@ -34,7 +34,7 @@ def level() -> kt.Scene:
         kind=["player", "coin", "coin", "coin"],
         arena=(8.0, 4.0),
         gravity=(0.0, GRAVITY),
-        responses={("*", "*"): land, ("*", "wall"): land, **dict.fromkeys(THROUGH, "pass")},
+        responses={**land.for_all, **dict.fromkeys(THROUGH, "pass")},
         kinds=["player", "jumper", "coin", "ground", "ledge"],
     )
     ground = [kt.Obstacle(kt.box(8.0, FLOOR), (4.0, FLOOR / 2), kind="ground")]

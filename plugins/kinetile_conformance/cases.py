@@ -97,7 +97,7 @@ class Subject:
         """Returns a scene with the response under test."""
         if self.response is None:
             return scene
-        return scene.replace(responses={("*", "*"): self.response, **dict(scene.responses)})
+        return scene.replace(responses={**self.response.for_all, **dict(scene.responses)})
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
         """Returns a simulation of a scene under these phases. All share one loop, in which bodies can come

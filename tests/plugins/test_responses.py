@@ -255,7 +255,7 @@ def test_a_response_finds_what_the_table_of_plugins_says():
     with registered(kt.ResponseSpec("looker", Looker)):
         scene = kt.Scene(
             [[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], [0.25, 0.5], [2.0, 3.0], (4.0, 2.0),
-            kind=["a", "b"], responses=kt.Response("looker", kick=4.0),
+            kind=["a", "b"], responses={("*", "*"): kt.Response("looker", kick=4.0)},
         )  # fmt: skip
         kt.Simulation(scene, "naive").run(max_contacts=4)
     (a, *first, _, kicked), arena, (*_, since, _), _ = SEEN

@@ -12,20 +12,23 @@ export function readKind(kind, name) {
   return kind;
 }
 
-/** The rules of these tables: each {between, name}, those of restitution with e, t, its contact time, and w, 0 if there is none. */
+/** The rules of these tables: each {between, name}, those of restitution with e, t, its contact time, and w, 0 if there is none. One without `between` is for all bodies and walls, but pass for bodies. */
 export function readResponses(tables) {
-  return tables.map((table, i) => {
+  return tables.flatMap((table, i) => {
     const at = `responses[${i}]`;
     keys(table, ["between", "response", "options"], at);
-    const between = list(table.between, `${at}.between`).map((kind) => readKind(kind, `${at}.between`));
     const name = table.response;
     if (!NAMES.includes(name)) throw new Error(`${at}.response is ${JSON.stringify(name)}, not ${NAMES.join(", ")}.`);
-    if (name === "pass" && between.includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
-    if (name !== "restitution") return { between, name };
+    const forAll = name === "pass" ? [["*", "*"]] : [["*", "*"], ["*", "wall"]];
+    const named = table.between === undefined ? forAll : [list(table.between, `${at}.between`)];
+    const pairs = named.map((between) => between.map((kind) => readKind(kind, `${at}.between`)));
+    if (name === "pass" && pairs[0].includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
+    if (name !== "restitution") return pairs.map((between) => ({ between, name }));
     const { e, contact_time, settle } = table.options ?? {};
     const w = number(settle ?? 0, `${at}.options.settle`);
     if (!(e >= 0 && e <= 1)) throw new Error(`${at}.options.e is ${e}, not from 0 to 1.`);
-    return { between, name, e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w };
+    const numbers = { e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w };
+    return pairs.map((between) => ({ between, name, ...numbers }));
   });
 }
 

@@ -398,7 +398,10 @@ class _File:
             )
             response = Response(name, **options)
             response.found = True  # or its mistake is reported here, in the place of the file
-            found.append(Rule(f"{where}.between", row["between"], response))
+            if "between" in row:
+                found.append(Rule(f"{where}.between", row["between"], response))
+            elif not any(each.startswith(f"{where}.") for each in odd):
+                found += [Rule(where, *rule) for rule in response.for_all.items()]
         return found
 
 

@@ -3,8 +3,9 @@
 Each body is of a *kind*, a name or a small whole number; one without is of the first kind that the scene
 declares, or else of kind 0. A table gives a response by name for two kinds, or a kind and a wall
 (``"wall"``); ``"*"`` means every kind. A rule for exactly the two comes first, then one with one ``"*"``,
-then ``("*", "*")``, which is not about walls; contacts without a rule are elastic. The kinds of a scene
-follow from its bodies and insertions, or it declares them. A rule for an unknown kind is a mistake.
+then ``("*", "*")``, which is not about walls; contacts without a rule are elastic. One response in the place
+of a table is for all bodies and for the walls (``Response.for_all``). The kinds of a scene follow from its
+bodies and insertions, or it declares them. A rule for an unknown kind is a mistake.
 
 ``elastic`` and ``pass`` are the kernel's own. ``pass`` changes no plan: the contact is the beginning of a
 passing, which ends when the two part or one of them is removed; walls cannot be passed. All others are
@@ -30,6 +31,7 @@ Pair: TypeAlias = tuple[Kind, Kind]
 ELASTIC, PASS = "elastic", "pass"
 
 _KIND = VALUES["kind"]
+_WANTED = "the name of a response, or kinetile.Response(...)"
 
 
 class Response:
@@ -41,6 +43,11 @@ class Response:
     def __init__(self, name: str, /, **options: Any) -> None:
         self.name = str.__str__(name) if isinstance(name, str) else name
         self.options: Mapping[str, Any] = plain(options)
+
+    @property
+    def for_all(self) -> dict[Pair, Response]:
+        """The rules that one response for a scene stands for: all bodies, and walls unless it is ``pass``."""
+        return dict.fromkeys([(ANY, ANY), (ANY, WALL)][: 1 if self.name == PASS else 2], self)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Response) and (self.name, self.options) == (other.name, other.options)
@@ -58,8 +65,8 @@ Kinds: TypeAlias = Kind | Sequence[str] | Sequence[int] | Sequence[Kind | None] 
 """Kinds of bodies as an argument: one for each, None for the scene's first, or one for all."""
 
 Responses: TypeAlias = Answer | Mapping[tuple[Any, Any], Answer] | tuple[tuple[Pair, Response], ...]
-"""Responses as an argument: by two kinds, one for all bodies, or as a scene has them. The keys are pairs of
-kinds; a mapping is of one type of keys, and there are names, numbers and mixed pairs."""
+"""Responses as an argument: by two kinds, one for all bodies and walls, or as a scene has them. The keys are
+pairs of kinds; a mapping is of one type of keys, and there are names, numbers and mixed pairs."""
 
 
 class Rule(NamedTuple):
@@ -145,6 +152,8 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
 def _unusable(where: str, response: Response) -> list[Mistake]:
     """Returns the mistake of naming a response that no plugin provides, or those of its options; without any,
     marks it as found: a scene can then be read where its plugin is not installed."""
+    if not isinstance(response.name, str):
+        return [Mistake(where, shown(response), _WANTED)]
     if response.found or (response.name in (ELASTIC, PASS) and not response.options):
         return []
     wrong = check_name(where, response.name, "response")
@@ -215,8 +224,10 @@ def _read_responses(
     if given is None:
         return ()
     if isinstance(given, str | Response):
-        given = {(ANY, ANY): given}
-    elif isinstance(given, tuple) and all(isinstance(rule, tuple) and len(rule) == 2 for rule in given):
+        one = Response(given) if isinstance(given, str) else given
+        mistakes += _unusable("responses", one)
+        return tuple(one.for_all.items())
+    if isinstance(given, tuple) and all(isinstance(rule, tuple) and len(rule) == 2 for rule in given):
         given = dict(given)  # as a scene has them
     of_a_file = isinstance(given, tuple) and all(isinstance(rule, Rule) for rule in given)
     if not (of_a_file or isinstance(given, Mapping)):
@@ -234,8 +245,8 @@ def _read_responses(
             )
             continue
         response = Response(what) if isinstance(what, str) else what
-        if not isinstance(response, Response) or not isinstance(response.name, str):
-            mistakes.append(Mistake(where, shown(what), "the name of a response, or kinetile.Response(...)"))
+        if not isinstance(response, Response):
+            mistakes.append(Mistake(where, shown(what), _WANTED))
         elif response.name == PASS and WALL in pair:
             mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
         else:

@@ -55,8 +55,9 @@ class Scene:
     those of all bodies, and ``uniform`` is whether all have one and keep it; where bodies may be held by
     supports, ``resting``, they do not.
     ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
-    ``responses`` are the responses of pairs of kinds (``kinetile.scene.responses``). ``kinds`` are all kinds
-    of bodies, present or inserted later; by default they follow from the bodies and from the insertions.
+    ``responses`` are the responses of pairs of kinds, or one for bodies and walls
+    (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or inserted later; by default
+    they follow from the bodies and from the insertions.
     ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
     ``origin`` is the source of the scene, and is not compared. ``names`` has a name, or None, for each body;
     commands may call bodies by them, and by those of insertions: ``numbers`` has the number of each.

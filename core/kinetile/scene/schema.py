@@ -92,7 +92,7 @@ _FILE = Table(
             | _named("move", "position"),
             ("time",),
         ),
-        "responses": Table("[[responses]] tables", _RESPONSE, ("between", "response")),
+        "responses": Table("[[responses]] tables", _RESPONSE, ("response",)),
         "kinds": Value("a list of all kinds of bodies", list),
     },
     is_list=False,

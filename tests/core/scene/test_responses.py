@@ -38,9 +38,31 @@ def test_the_most_specific_rule_counts():
     ]
 
 
-def test_a_recipe_takes_responses_for_all():
-    text = 'recipe = "grid"\n[[responses]]\nbetween = ["*", "*"]\nresponse = "stop"\n'
-    assert names(loads_scene(text)) == [["stop", "elastic"]]
+@pytest.mark.parametrize(("name", "walls"), [("stop", "stop"), ("elastic", "elastic"), ("pass", "elastic")])
+def test_one_response_for_a_scene_left_its_walls_elastic(name, walls):
+    """A rule for every two kinds is still for bodies alone; what is written is read as the same scene."""
+    body, of_two = "[[bodies]]\nposition = [1.0, 1.0]\nradius = 0.5\n", [[name, name, walls]] * 2
+    for beside in ('recipe = "grid"\n', f"arena = [4.0, 4.0]\n{body}"):
+        one = loads_scene(f'{beside}[[responses]]\nresponse = "{name}"\n')
+        assert names(one) == [[name, walls]]
+        fenced = loads_scene(f"{dumps_scene(one)}[[obstacles]]\npoints = [[0, 0], [0.1, 0]]")
+        assert names(fenced) == of_two
+        rule = f'[[responses]]\nbetween = ["*", "*"]\nresponse = "{name}"\n'
+        assert names(loads_scene(beside + rule)) == [[name, "elastic"]]
+    for made in (scene(responses=name), scene().replace(responses=kt.Response(name)), one):
+        assert made.responses == tuple(kt.Response(name).for_all.items())
+        assert loads_scene(dumps_scene(made)) == pickle.loads(pickle.dumps(made)) == made
+    assert names(kt.with_obstacles(scene(responses=name), kt.polyline([(0, 0), (0.1, 0)]))) == of_two
+    assert names(scene(responses={("*", "*"): name})) == [[name, "elastic"]]
+
+
+@pytest.mark.small
+def test_what_settles_by_the_one_response_of_its_scene_rests_on_the_floor():
+    land = kt.Response("restitution", e=0.5, contact_time=1e-6, settle=0.05)
+    box = kt.Scene([(2, 1)], [(0, 0)], shape=kt.box(1, 1), arena=(4, 4), gravity=(0, -1), responses=land)
+    sim = kt.Simulation(box, "naive")
+    sim.run(until=20.0)
+    assert sim.supports() == [(-3,)]
 
 
 @pytest.mark.small
@@ -103,7 +125,7 @@ def test_a_scene_of_elastic_bodies_looks_for_no_plugins():
 def test_an_event_file_is_read_where_its_response_is_not_installed():
     text = dumps_scene(scene(responses="stop")).replace('"stop"', '"of another machine"')
     read = loads_scene(text, look_up=False)
-    assert names(read) == [["of another machine", "elastic"]]
+    assert names(read) == [["of another machine"] * 2]
     assert names(read.replace(start=-1.0)) == names(read)
 
 
