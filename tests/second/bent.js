@@ -2,9 +2,8 @@
 //
 // A polynomial is the list of its coefficients, BigInts, from that of n^0 on. Between two zeros of its derivative it is monotone.
 
-import { BOTTOM, FAR, LEFT, RIGHT, TOP, dot } from "./contact.js";
+import { BOTTOM, FAR, LEFT, RIGHT, dot } from "./contact.js";
 import { add, exact, minus, multiply, sign, square, subtract } from "./exact.js";
-import { wallResponse } from "./responses.js";
 
 const HALF = { n: 1n, e: -1 };
 const TWO = { n: 1n, e: 1 };
@@ -20,8 +19,8 @@ export function largest(all, gravity) {
   return ["ax", "ay"].map((key, axis) => Math.max(Math.abs(gravity[axis]), ...all.map((each) => Math.abs(each[key] ?? 0))));
 }
 
-/** Says what is wrong with a scene that has accelerations (rules 2a and 2r). */
-export function checkBent({ gravity, arena, periods, bodies, commands, responses, until }) {
+/** Says what is wrong with a scene that has accelerations (rule 2a). */
+export function checkBent({ gravity, arena, periods, bodies, commands, until }) {
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);
   if (Ax === 0 && Ay === 0) return;
@@ -30,13 +29,6 @@ export function checkBent({ gravity, arena, periods, bodies, commands, responses
   const massOf = (number) => bodies[number]?.m ?? every.find(({ body }) => body === number)?.m;
   const isMoved = ({ m, body, ax, ay }) => (m ?? massOf(body)) === Infinity && (ax !== 0 || ay !== 0);
   if ([...every, ...commands.filter(({ what }) => what === "acceleration")].some(isMoved)) throw new Error("A body of infinite mass is accelerated.");
-  const touches = (body, wall) => sign(gap(body, body.shape.sides[-1 - wall], wall, arena)) <= 0;
-  const rests = (body) =>
-    (body.ax < 0 && body.vx === 0 && touches(body, LEFT)) ||
-    (body.ax > 0 && body.vx === 0 && touches(body, RIGHT)) ||
-    (body.ay < 0 && body.vy === 0 && touches(body, BOTTOM)) ||
-    (body.ay > 0 && body.vy === 0 && touches(body, TOP));
-  if (arena !== null && every.some((body) => rests(body) && !wallResponse(responses, body.kind).w)) throw new Error("A body rests on a wall towards which it is accelerated.");
 }
 
 /** The gap between a wall and a body at a place that reaches r towards it (rule 6s). */

@@ -35,9 +35,8 @@ from kinetile.scene.checks import (
     shown,
 )
 from kinetile.scene.commands import check_command, check_move, numbered, shape_of, with_shape
-from kinetile.scene.frame import check_support
 from kinetile.scene.reader import pull_of
-from kinetile.scene.responses import Kind, no_kind, settles
+from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.shapes import Shape
 from kinetile.scene.values import VALUES
@@ -405,10 +404,6 @@ def _demand_pull(engine: Engine, new: Insert) -> None:
             f"its acceleration is {shown(list(pull))}, and this run is made for bodies of {only} alone: give "
             "the scene a body of another one"
         )
-    kind = 0 if new.kind is None else scene.kinds.index(new.kind)
-    if scene.bent and scene.arena is not None and not settles(scene.meets[kind][-1]):
-        for mistake in check_support("", new.position, new.velocity, new.reaches, pull, scene.arena):
-            raise _cannot_come(f"it is {mistake.found}, expected {mistake.expected}")
 
 
 def read_insertions(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 from kinetile.errors import Mistake
@@ -40,25 +39,6 @@ def check_pull(where: str, given: Any, extent: Extent | None) -> list[Mistake]:
     along = [axis for axis, pull in pulls.items() if pull and extent and axis in extent.periodic]
     wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
     return [Mistake(where, shown(list(given)), wanted)] if along else []
-
-
-def check_support(
-    where: str, place: Any, velocity: Any, reaches: Any, pulls: Any, sides: tuple[float, float]
-) -> list[Mistake]:
-    """Checks that a body does not rest on a wall by its acceleration, touching it without a velocity along
-    that axis: in truth there is no first contact then (docs/specification.md, rule 2a)."""
-    above = (
-        "a body above the wall, one that moves along the axis, or the response restitution with settle at "
-        "walls, by which it rests: else one at rest on a wall"
-    )
-    for axis, pull in enumerate(pulls):
-        if pull and velocity[axis] == 0.0:
-            low = pull < 0.0
-            at = Fraction(place[axis]) if low else Fraction(sides[axis]) - Fraction(place[axis])
-            if at <= Fraction(reaches[2 * axis + (0 if low else 1)]):
-                wall = (("left", "right"), ("bottom", "top"))[axis][0 if low else 1]
-                return [Mistake(where, f"at rest on the {wall} wall", f"{above} would meet it endlessly")]
-    return []
 
 
 def check_pace(start: float, unit: float) -> list[Mistake]:

@@ -37,8 +37,8 @@ from kinetile.scene.commands import (
     speeds,
     with_shape,
 )
-from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull, check_support
-from kinetile.scene.responses import SceneRules, read_rules, settles, table
+from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull
+from kinetile.scene.responses import SceneRules, read_rules, settles
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Bools, Floats, Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
@@ -139,8 +139,6 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         mistakes += check_command(command, where, start, extent)
     mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
     mistakes += check_settings(settings)
-    if any(pull) and not (mistakes or places.mistakes):
-        mistakes += _check_bent(bodies, pulls, commands, gravity, extent, rules)
     _raise(mistakes, places)
 
     # Each value is right by itself. What follows needs the clock, and so all of them.
@@ -353,32 +351,6 @@ def _is_uniform(pulls: Floats, commands: Sequence[Command], gravity: tuple[float
     each = np.concatenate([pulls, np.reshape(coming, (-1, 2))])
     keep = not any(isinstance(each, Accelerate) for each in commands)
     return keep and bool((each == each[:1]).all())
-
-
-def _check_bent(
-    bodies: Bodies,
-    pulls: Floats,
-    commands: Sequence[tuple[str, Any]],
-    gravity: tuple[float, float],
-    extent: Extent | None,
-    rules: SceneRules,
-) -> list[Mistake]:
-    """Checks that no body rests on a wall in a scene with accelerations, but those that settle on walls."""
-    mistakes: list[Mistake] = []
-    if extent is None:
-        return mistakes
-    on_walls = [settles(row[-1]) for row in table(rules.kinds, rules.responses)]
-    reaches = np.tile(bodies.radius[:, None], 4) if bodies.table is None else bodies.table.reaches
-    columns = (each.tolist() for each in (bodies.position, bodies.velocity, reaches, pulls))
-    bare = zip(range(len(bodies)), rules.kind.tolist(), *columns, strict=True)
-    each: list[Any] = [(f"bodies[{i}]", *body) for i, kind, *body in bare if not on_walls[kind]]
-    for where, new in commands:
-        kind = 0 if not isinstance(new, Insert) or new.kind is None else rules.kinds.index(new.kind)
-        if isinstance(new, Insert) and not on_walls[kind]:
-            each.append((where, new.position, new.velocity, new.reaches, pull_of(new, gravity)))
-    for where, place, velocity, sides, pull in each:
-        mistakes += check_support(where, place, velocity, sides, pull, extent.sides)
-    return mistakes
 
 
 def _check_chords(

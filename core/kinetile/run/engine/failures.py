@@ -63,12 +63,6 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
             f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
             f"time, the last of them between {named}; nothing can move on from here"
         )
-        one = k.bodies[slots[0]]
-        if b in WALLS and composition.prepared.bent and one.vx == one.vy == 0.0:
-            message += (
-                ": it stops at a wall to which its acceleration pulls it; turn or remove it, or give walls "
-                "the response restitution with a contact_time"
-            )
         return ZenoError(message, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:
         return PhaseError(
