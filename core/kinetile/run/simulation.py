@@ -3,6 +3,7 @@ work is done by the engine, ``advance``, ``questions/`` and ``saving/``."""
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -158,7 +159,7 @@ class Simulation(Moment):
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
         self._audit = audit
-        self._running = False
+        self._running, self._until = False, -math.inf
         self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
@@ -212,7 +213,7 @@ class Simulation(Moment):
         engine = self._engine
         composition, skin = engine.composition, engine.bounds.skin
         return explanation(
-            self.scene,
+            engine.scene,
             Modelled(
                 broad_phase=called(composition.broad_phase, composition.options),
                 certified=composition.broad.repair is not idle.repair,
@@ -293,7 +294,7 @@ class Simulation(Moment):
                 scene.
         """
         with _Alone(self, "run"):
-            end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
+            end = arguments.read_end(self._engine, until, max_contacts, max_events)
             engine = self._engine
             calls = read_calls(on_contact, self.scene.kinds)
             if calls is not None and stop_at is not None:
@@ -335,7 +336,7 @@ class Simulation(Moment):
                     if engine.history is not given:  # new bodies are of the kinds as well
                         engine.watch(arguments.read_stop(engine, self.scene, stops))
 
-            self._running = True
+            self._running, self._until = True, end.until or 0.0
             if observers:
                 self._observers = observers
             if stop is not None:
@@ -349,7 +350,7 @@ class Simulation(Moment):
                     self._observe(observers)
                 raise
             finally:
-                self._running = False
+                self._running, self._until = False, -math.inf
                 if observers:
                     observers.leave()
                 if stop is not None:
@@ -374,9 +375,12 @@ class Simulation(Moment):
         None: the scene's own ``until``, or for as long as there are events. Between two events the caller may
         read, turn or run the simulation. Raises as ``run`` does."""
         until = self.scene.settings.until if until is None else until
-        end = End() if until is None else arguments.read_end(self._engine, self.scene, until)
+        end = End() if until is None else arguments.read_end(self._engine, until)
+        scene = self._engine.scene
         while True:
             with _Alone(self, "step"):
+                if until is not None and self._engine.scene is not scene:  # by hand, which may set an end
+                    arguments.read_end(self._engine, until)
                 event = self._with_kinds(advance_one(self._engine, end))
             if event is None:
                 return
@@ -466,17 +470,18 @@ class Simulation(Moment):
         """Gives bodies other accelerations from now on, in the order given: (n,) their numbers, and (n, 2)
         accelerations or one for all.
 
-        A run is made for them if the scene has bodies of several accelerations, or plans an ``Accelerate``;
-        none may be larger, along x or y, than the largest of the scene (``Scene.pull``). A refused call
-        leaves everything unchanged.
+        None is possible along a periodic axis, of an immovable body, or without an arena after the scene's
+        end. The first one, or a larger one than any so far, prepares the phases again, and the first compiles
+        another loop. A refused call leaves everything unchanged.
 
         Raises:
             IndexError, BusyError: as ``set_velocities``.
-            ValueError: an acceleration is not two such numbers, or this run is not made for it.
+            ValueError: an acceleration is not two such numbers, or too large for the clock.
+            Refused: a narrow phase does not know accelerations, or the broad phase does not accept them.
         """
         with _Alone(self, "accelerate a body"):
-            rows = arguments.read_accelerations(self._engine, bodies, accelerations)
-            self._engine.carry_out(ACCELERATED, rows)
+            given = arguments.read_accelerations(self._engine, bodies, accelerations, self._goes_to)
+            self._engine.carry_out(ACCELERATED, *given)
 
     @answering
     def insert(
@@ -511,8 +516,8 @@ class Simulation(Moment):
         with _Alone(self, "take a body in"):
             engine, size = self._engine, cast("float", radius)
             insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
-            rows, new = arguments.read_insertion(engine, insertion)
-            engine.carry_out(INSERTED, rows, new)
+            rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
+            engine.carry_out(INSERTED, rows, scene)
         return int(rows["body"][0])
 
     @answering
@@ -546,10 +551,10 @@ class Simulation(Moment):
         each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": pulls}
         with _Alone(self, "take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
-            rows, new = arguments.read_insertions(engine, positions, velocities, each)
-            if not (engine.due or new):
+            rows, wider = arguments.read_insertions(engine, positions, velocities, each, self._goes_to)
+            if not (engine.due or wider):
                 reasons.update(engine.insert_those_with_room(rows))
-            else:  # a command of the scene comes first, or the table of shapes gets more
+            else:  # a command of the scene comes first, or there are new shapes or accelerations
                 columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]
                 with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
                     for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
@@ -724,8 +729,7 @@ class Simulation(Moment):
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
                 segments. Where axes are periodic it is narrower than a period.
             velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
-            acceleration: (ax, ay), each at most the largest of the scene (``Scene.pull``); by default that
-                of gravity.
+            acceleration: (ax, ay), 0 along periodic axes; by default that of gravity.
             kinds: only bodies of these kinds.
 
         Raises ValueError for what is no such body, or no velocity.
@@ -893,6 +897,11 @@ class Simulation(Moment):
         if kinds is None:
             return query
         return _of_kinds(query, arguments.read_kinds(kinds, query.composition.prepared.kinds, "kinds"))
+
+    @property
+    def _goes_to(self) -> float:
+        """The time to which the run that is under way goes, or the present one."""
+        return max(self._until, self.time)
 
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])

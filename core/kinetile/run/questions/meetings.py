@@ -107,9 +107,9 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point, pull: P
     """Returns what ``Simulation.cast`` does: the body of the hit is a slot."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
-    bent = query.composition.prepared.bent
+    bent = query.composition.prepared.bent or any(pull)
     if any(query.periods) or bent:
-        k = _with_body(query, centre, outline, velocity, pull)
+        k = _with_body(query, centre, outline, velocity, pull if bent else None)
         meet = first_image if discs else first_cast
         if bent:
             meet = first_bent if discs else first_bent_shape
@@ -141,14 +141,13 @@ def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:
     return np.concatenate([np.zeros(0), *rows]), np.cumsum([0, *map(len, rows)])[which]
 
 
-def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point) -> Kernel:
+def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point | None) -> Kernel:
     """Returns what ``meet`` reads of the tables, with a body in a last row: anchored now, younger than all,
     without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
-    bent = query.composition.prepared.bent
     bent_row, row = (BENT_SHAPED, SHAPED) if shaped else (BENT_BODY, BODY)
-    bodies = record_table(bent_row if bent else row, n + 1)
+    bodies = record_table(row if pull is None else bent_row, n + 1)
     images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
     images[: len(k.images)] = k.images
     for name in {*k.bodies.dtype.names} & {*bodies.dtype.names}:  # what holds them is of no use
@@ -157,7 +156,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     body, limits = bodies[n], clock[0].limits
     body.x, body.y, body.vx, body.vy, body.radius = x, y, *velocity, circle_around(outline)
     body.anchor, body.last = query.now, NOBODY
-    if bent:
+    if pull is not None:
         body.ax, body.ay = pull
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
