@@ -21,7 +21,7 @@ from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
 from kinetile.run.engine.commands import ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.prepared import widened
-from kinetile.run.questions.places import Box, Point
+from kinetile.run.questions.places import MOST_PERIODS, Box, Point
 from kinetile.scene import Insert, Scene, SetKind
 from kinetile.scene.checks import (
     FARTHEST,
@@ -50,9 +50,6 @@ _NO_NUMBERS = bool, np.bool_, float, np.floating
 _FLOATS = {float, np.float64}
 
 _SIZE = "at most 2**200 in size"
-
-MOST_PERIODS = 4096
-"""Periods along an axis that a ray, or a cast disc, may cross: every image on its way is looked at."""
 
 
 def read_point(value: object, name: str) -> Point:

@@ -674,6 +674,8 @@ class Simulation(Moment):
 
         Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
         has a new plan. For two that are passing through each other it is the row of the end, with a > b.
+        Where axes are periodic it is sought for 1,000 units of the clock (``time_unit``) from now, or until a
+        body has crossed 4,096 periods for another one.
 
         Args:
             a: a body.
@@ -694,7 +696,8 @@ class Simulation(Moment):
         self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
-        if it has none. The end of a passing is one too. Ties go as in the run.
+        if it has none, by then where axes are periodic (``next_contact``). The end of a passing is one too.
+        Ties go as in the run.
 
         With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
         body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
@@ -722,13 +725,12 @@ class Simulation(Moment):
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
         ignored. A contact needs approach: a body that it touches or overlaps at the start is met at once if
         they approach, and not at all if they part. Of several at one tick the first by number. Along a
-        periodic axis it meets a body through any image, within 8 units of the clock (``time_unit``) from now:
-        beyond that no contact of bodies is predicted there either.
+        periodic axis it meets a body through any image, as far ahead as ``next_contact`` looks.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
                 segments. Where axes are periodic it is narrower than a period.
-            velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
+            velocity: (vx, vy); so that it crosses at most 4,096 periods in 8 units of the clock.
             acceleration: (ax, ay), 0 along periodic axes; by default that of gravity.
             kinds: only bodies of these kinds.
 

@@ -20,7 +20,7 @@ from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, BentPlans, Plans, bent_plans_of, bent_plans_through
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.images import FORESEEN, first_bent_image, first_image, first_image_of
+from kinetile.kernel.images import first_bent_image, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
@@ -37,7 +37,7 @@ from kinetile.kernel.tables import (
     elder,
     record_table,
 )
-from kinetile.run.questions.places import Point, Query
+from kinetile.run.questions.places import MOST_PERIODS, Point, Query
 from kinetile.scene.shapes import Floats, Ints
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
@@ -160,7 +160,10 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
         body.ax, body.ay = pull
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
-    flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
+    clock[0].torus.foreseen = ahead = query.ahead(velocity) if any(periods) else 0
+    flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].tick)) + MOST_PERIODS * sum(
+        periods
+    )
     limits.fat += min(2.0**-40 * (flown + float(body.radius)), max(periods))
     k = k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
     return _with_differences(query, k, outline) if shaped else k
@@ -212,7 +215,7 @@ def _first_of(query: Query, a: int, among: Ints | None = None, walls: bool = Tru
         tick, wall = wall_of(query, a)
         found.append(_First(tick, WALL, wall))
     first = min(found, key=lambda each: (each.tick, each.kind))
-    return None if first.tick == NEVER else first
+    return first if first.tick < query.until else None
 
 
 def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
