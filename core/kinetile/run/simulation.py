@@ -3,7 +3,6 @@ work is done by the engine, ``advance``, ``questions/`` and ``saving/``."""
 
 from __future__ import annotations
 
-import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -159,7 +158,7 @@ class Simulation(Moment):
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
         self._audit = audit
-        self._running, self._until = False, -math.inf
+        self._running: End | None = None
         self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
@@ -336,7 +335,7 @@ class Simulation(Moment):
                     if engine.history is not given:  # new bodies are of the kinds as well
                         engine.watch(arguments.read_stop(engine, self.scene, stops))
 
-            self._running, self._until = True, end.until or 0.0
+            self._running = end
             if observers:
                 self._observers = observers
             if stop is not None:
@@ -350,7 +349,7 @@ class Simulation(Moment):
                     self._observe(observers)
                 raise
             finally:
-                self._running, self._until = False, -math.inf
+                self._running = None
                 if observers:
                     observers.leave()
                 if stop is not None:
@@ -903,7 +902,8 @@ class Simulation(Moment):
     @property
     def _goes_to(self) -> float:
         """The time to which the run that is under way goes, or the present one."""
-        return max(self._until, self.time)
+        until = self._running.until if self._running else None
+        return self.time if until is None else until
 
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])

@@ -10,7 +10,7 @@ import by_the_rules
 import kinetile as kt
 import lanes
 from agreement import agree, assert_one_answer
-from kinetile.errors import NoRoom, Refused, ZenoError
+from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.show.player.view import view_file
 from kinetile.toolbox import reach
@@ -453,6 +453,8 @@ def test_the_file_of_a_run_that_was_accelerated_by_hand_has_its_motion(tmp_path)
         assert np.array_equal(getattr(flown, name)(3.0), getattr(sim, name)())
     assert view_file(path).page.held["pull"]  # else a page has no accelerations
     assert "flying with accelerations up to [0.0, 9.0]" in sim.explain()["modelled"][0]
+    with pytest.raises(PhaseError, match="accelerated by hand, and pressure by counts is of bodies that fly"):
+        sim.run(3.5, observe=["pressure"])
 
 
 def test_in_the_open_plane_a_first_acceleration_by_hand_sets_an_end_to_runs_and_steps():

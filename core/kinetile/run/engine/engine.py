@@ -141,10 +141,8 @@ class Kept:
             entries=self.entries,
             requested=was._requested,
             overlapping=was.overlapping,
-            shapes=was.scene.shapes[len(was._begun.shapes) :],
-            pull=None
-            if was.scene.uniform == was._begun.uniform and was.scene.pull == was._begun.pull
-            else was.scene.pull,
+            shapes=was.scene.shapes[was._listed :],
+            pull=None if was.scene.uniform else was.scene.pull,
             audits=was.audits,
             cpu_seconds=was.cpu_seconds,
             compile_seconds=was.compile_seconds,
@@ -176,7 +174,7 @@ class Engine(Tables):
     ) -> None:
         """An engine of a scene, at its start or in a ``state``, for which the composition is prepared."""
         self.scene = scene if state is None else widened(scene, state.shapes, state.pull)
-        self._begun = scene
+        self._listed = len(scene.shapes)
         self.composition = composition
         self.state = composition.broad.state
         self.clock = Clock(scene.start, scene.time_unit)

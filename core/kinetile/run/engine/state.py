@@ -80,7 +80,7 @@ class RunState:
     the clock, ``history`` the interactive ones so far. ``entries`` are the contents of the ledger,
     ``requested`` is the requested time if the run has ended at it. ``overlapping``, (m, 2), are pairs near
     each other at the start, before it is decided which begin to pass; ``shapes`` those added by hand, and
-    ``pull`` the largest accelerations, if commands by hand have brought larger or different ones.
+    ``pull`` the largest accelerations, where they differ.
     """
 
     contents: Contents

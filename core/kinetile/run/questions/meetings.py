@@ -161,10 +161,9 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
     clock[0].torus.foreseen = ahead = query.ahead(velocity) if any(periods) else 0
-    flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].tick)) + MOST_PERIODS * sum(
-        periods
-    )
-    limits.fat += min(2.0**-40 * (flown + float(body.radius)), max(periods))
+    flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].tick))
+    far = flown + MOST_PERIODS * sum(periods) + float(body.radius)
+    limits.fat += min(2.0**-40 * far, max(periods))
     k = k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
     return _with_differences(query, k, outline) if shaped else k
 

@@ -74,12 +74,12 @@ class Query:
         """Returns for how many ticks from now contacts are looked for where axes are periodic, of a body with
         this velocity too: ``AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
         bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].tick) * TICKS
-        fastest = (
-            float(abs(bodies[v]).max(initial=abs(own))) for v, own in zip(("vx", "vy"), velocity, strict=True)
-        )
-        crossed = (2.0 * unit * v / period for v, period in zip(fastest, self.periods, strict=True) if period)
-        units = MOST_PERIODS / max(*crossed, MOST_PERIODS / AHEAD)
-        return max(int(units) * TICKS, FORESEEN)
+        crossed = 1.0
+        for name, own, period in zip(("vx", "vy"), velocity, self.periods, strict=True):
+            if period:
+                fastest = float(abs(bodies[name]).max(initial=abs(own)))
+                crossed = max(crossed, 2.0 * fastest * unit / period)
+        return max(min(int(MOST_PERIODS / crossed), AHEAD) * TICKS, FORESEEN)
 
     @cached_property
     def until(self) -> int:

@@ -162,9 +162,9 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     if scene.resting and not (plans["ledge"] >= now).all():
         yield "a body has not left its support"
     pull = state.pull or scene.pull
-    if len(pull) != 2 or not all(type(each) is float and math.isfinite(each) for each in pull):
+    if len(pull) != 2 or not all(type(each) is float and each >= 0.0 for each in pull):
         yield f"its largest accelerations are {pull}"
-    if wrong := unfit_pull(scene, pull):
+    elif wrong := unfit_pull(scene, pull):
         yield f"its largest accelerations are {pull}; expected {wrong}"
     most = sum(pull) * (1.0 + 2.0**-20)
     if not (np.abs(pulls) <= pull).all() or not (np.hypot(plans["ax"], plans["ay"]) <= most).all():
