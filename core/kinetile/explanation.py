@@ -62,9 +62,11 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
     """Yields sentences, each with whether it says what is modelled, or what is left out."""
     motion = "flying straight"
     if scene.bent:
-        pulls = set(map(tuple, scene.acceleration.tolist()))
-        several = f"{len(pulls)} accelerations" if len(pulls) > 1 else f"the acceleration {[*pulls.pop()]!r}"
-        motion = f"flying with {several}, on chords for the broad phase,"
+        one = scene.acceleration[0] if len(scene) and scene.uniform else None
+        pulls = (
+            f"accelerations up to {[*scene.pull]!r}" if one is None else f"the acceleration {one.tolist()!r}"
+        )
+        motion = f"flying with {pulls}, on chords for the broad phase,"
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
     left_out = ("" if scene.bent else "gravity, ") + "friction, rotation, growth"
     yield False, left_out + ("" if run.responses is not None else " and any loss of energy")

@@ -108,6 +108,11 @@ class Pressure(Observable):
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the pressures of the time since the last sample."""
+        if self.by == "counts" and any(moment.pull):
+            raise Refused(
+                "a body was accelerated by hand, and pressure by counts is of bodies that fly straight: "
+                "expected pressure:by=impulses"
+            )
         found: dict[str, float] = {}
         last, self.last = self.last, moment.time
         energy, masses = self.energy, moment.masses()

@@ -27,6 +27,7 @@ in 8 units are off by less than 32 u X, and fat is more than 1,000 u X. So an im
 later than the best one found, by more than a tick, or from s + 2^55 on, which no plan lives to see. Whether
 and when an image is met is decided exactly, and ties by whole numbers. A disc of ``cast`` may fly further
 than X: for it 2^-40 of what it flies in 8 units is added to fat, 8,192 u of that, but no more than a period.
+So it is for questions, which look further ahead.
 
 *The bound* of ``soonest`` is that of the nearest image, or, if that is sooner, the time in which W/2 less the
 fattened reach is flown along x, or H/2 along y. Any other image differs from the nearest by a period along an
@@ -62,7 +63,7 @@ BEAT = 1 << 53
 """Ticks between two beats."""
 
 FORESEEN = 1 << 55
-"""Ticks after the later anchor from which on no contact is predicted: both plans are anchored before."""
+"""Ticks after the later anchor from which on a run predicts no contact: both plans are anchored before."""
 
 PERIODIC = False
 
@@ -208,7 +209,7 @@ def first_image_of(
         far = reach * (1.0 + 2.0**-40) + clock.limits.fat
         way = 1.0 if ux > 0.0 else -1.0
         speed = abs(ux)
-        best = FORESEEN
+        best = torus.foreseen
         m = 0
         n = 0
         best_dx = dx
@@ -242,7 +243,7 @@ def first_image_of(
                     if passing and delay < k.clock[0].now - since:
                         delay = NEVER
                     tie = delay == best and (this_m < m or (this_m == m and this_n < n))
-                    if delay < best or (tie and best < FORESEEN):
+                    if delay < best or (tie and best < torus.foreseen):
                         best = delay
                         m = this_m
                         n = this_n
@@ -252,7 +253,7 @@ def first_image_of(
             if torus.x == 0.0:
                 break
             column -= 1.0
-        if best >= FORESEEN:
+        if best >= torus.foreseen:
             return NEVER
         torus.m = m
         torus.n = n

@@ -268,6 +268,7 @@ TORUS = record(
     ("per_x per_y", "f8", VALUE, DERIVED),  # and its inverse, or 0
     ("half_x half_y", "f8", VALUE, DERIVED),  # half of it, or infinite
     ("m n", "i8", VALUE, DERIVED),  # the image of the contact that was computed last
+    ("foreseen", "i8", VALUE, DERIVED),  # ticks after the later anchor from which on no contact is predicted
     ("right up", "f8", VALUE, DERIVED),  # what the image of the present contact adds to the separation
     ("beat", "i8", TICK, CARRIED),  # the tick at which old plans are anchored next
     ("number", "i8", COUNT, CARRIED),  # of the body to be looked at next, at that tick

@@ -120,7 +120,7 @@ class Trajectory:
 
     def _plan(self, place: Any, velocity: Any, acceleration: Any) -> Plan | BentPlan:
         plan = Plan.of_vectors(place, velocity)
-        return BentPlan(*plan, *acceleration.T) if self.scene.bent else plan
+        return BentPlan(*plan, *acceleration.T) if acceleration.any() else plan
 
     @cached_property
     def _images(self) -> NDArray[np.float64]:

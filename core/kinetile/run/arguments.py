@@ -17,10 +17,11 @@ from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, 
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
-from kinetile.run.engine.bounds import MOST_FLOWN
+from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
 from kinetile.run.engine.commands import ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
-from kinetile.run.questions.places import Box, Point
+from kinetile.run.prepared import widened
+from kinetile.run.questions.places import MOST_PERIODS, Box, Point
 from kinetile.scene import Insert, Scene, SetKind
 from kinetile.scene.checks import (
     FARTHEST,
@@ -35,6 +36,7 @@ from kinetile.scene.checks import (
     shown,
 )
 from kinetile.scene.commands import check_command, check_move, numbered, shape_of, with_shape
+from kinetile.scene.frame import check_pull
 from kinetile.scene.reader import pull_of
 from kinetile.scene.responses import Kind, no_kind
 from kinetile.scene.scene import kinds_inserted
@@ -48,9 +50,6 @@ _NO_NUMBERS = bool, np.bool_, float, np.floating
 _FLOATS = {float, np.float64}
 
 _SIZE = "at most 2**200 in size"
-
-MOST_PERIODS = 4096
-"""Periods along an axis that a ray, or a cast disc, may cross: every image on its way is looked at."""
 
 
 def read_point(value: object, name: str) -> Point:
@@ -123,8 +122,9 @@ def read_cast(
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
     pull = scene.gravity if acceleration is None else read_point(acceleration, "an acceleration")
-    if wrong := _unfit_pull(scene, pull):
-        raise ValueError(f"the acceleration of what is cast is {shown(list(pull))}; expected {wrong}")
+    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
+    for mistake in check_pull("", pull, extent):
+        raise ValueError(f"the acceleration of what is cast is {mistake.found}; expected {mistake.expected}")
     return place, outline, (vx, vy), pull
 
 
@@ -164,13 +164,12 @@ def _read_numbers(value: Any, count: int, what: str) -> list[float]:
 
 def read_end(
     engine: Engine,
-    scene: Scene,
     until: float | None,
     max_contacts: int | None = None,
     max_events: int | None = None,
 ) -> End:
     """Returns the requested end, exact if it is the scene's own; ValueError for an invalid or past one."""
-    settings, given = scene.settings, until
+    scene, settings, given = engine.scene, engine.scene.settings, until
     if until is None:
         until = settings.until
     if until is None and max_contacts is None and max_events is None:
@@ -234,25 +233,22 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     return rows
 
 
-def read_accelerations(engine: Engine, bodies: object, accelerations: object) -> Rows:
-    """Returns what gives bodies (n, 2) accelerations, or one for all; IndexError and ValueError for wrong
-    ones, or one that is not for this run."""
+def read_accelerations(
+    engine: Engine, bodies: object, accelerations: object, until: float
+) -> tuple[Rows, Scene]:
+    """Returns what gives bodies (n, 2) accelerations, or one for all, in a run to a time; and the scene, or
+    a wider one, in which they may have them. IndexError and ValueError for wrong ones."""
     numbers, pairs, _ = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
     rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
     rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
     rows["body"] = numbers
     rows["ax"], rows["ay"] = (pairs + 0.0).T
     for body, mass, pull in zip(numbers.tolist(), rows["mass"].tolist(), pairs.tolist(), strict=True):
-        wrong = VALUES["acceleration"].expected(pull) or _unfit_pull(scene, pull)
+        wrong = VALUES["acceleration"].expected(pull) or _unfit_pull(engine, pull, until)
         if wrong or (mass == math.inf and any(pull)):
             wrong = wrong or "none: nothing moves a body of infinite mass"
             raise ValueError(f"the acceleration of body {body} is {shown(pull)}; expected {wrong}")
-    if scene.uniform and len(numbers):
-        raise ValueError(
-            "this run is made for bodies that keep their accelerations: give the scene a body of another "
-            "acceleration, or plan an Accelerate in it"
-        )
-    return rows
+    return rows, _with_pull(scene, np.abs(pairs).max(axis=0, initial=0.0).tolist())
 
 
 def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
@@ -309,12 +305,13 @@ def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32
     return found
 
 
-def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape, ...]]:
-    """Returns the command that inserts a body now, and its shape, if the table of shapes does not have it;
-    ValueError for values that a scene would refuse. That it is within the walls is not checked."""
+def read_insertion(engine: Engine, insertion: Insert, until: float = -math.inf) -> tuple[Rows, Scene]:
+    """Returns the command that inserts a body now, in a run to a time; and the scene, or one that is widened
+    for its shape and acceleration. ValueError for values that a scene would refuse. That it is within the
+    walls is not checked."""
     rows = _plain_insertion(engine, insertion)
     if rows is not None:
-        return rows, ()
+        return rows, engine.scene
     kind, mass, shape = insertion.kind, insertion.mass, insertion.shape
     scene, composition, mistakes = engine.scene, engine.composition, list[Mistake]()
     kind = scene.kinds[0] if kind is None else kind
@@ -346,11 +343,12 @@ def read_insertion(engine: Engine, insertion: Insert) -> tuple[Rows, tuple[Shape
         found = (f"{where.removeprefix('.')} is {what}, expected {right}" for where, what, right in mistakes)
         raise _cannot_come("; ".join(found))
     (insertion,) = cast("list[Insert]", numbered([insertion]))
-    _demand_pull(engine, insertion)
+    wider = _scene_of(engine, insertion, until)
     _check_speed(engine, math.hypot(*insertion.velocity), min(engine.bounds.smallest, insertion.radius))
     rows = np.array([row_of(insertion, scene, tick=engine.now, after=engine.met_now)], ROWS)
     own = insertion.shape
-    return rows, (own,) if isinstance(own, Shape) and rows["form"][0] == len(scene.shapes) else ()
+    new = isinstance(own, Shape) and rows["form"][0] == len(scene.shapes)
+    return rows, widened(wider, (cast("Shape", own),)) if new else wider
 
 
 def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
@@ -379,39 +377,34 @@ def _cannot_come(why: str) -> ValueError:
     return ValueError(f"this body cannot come: {why}")
 
 
-def _unfit_pull(scene: Scene, pull: Sequence[float]) -> str:
-    """Returns what is expected in the place of an acceleration that is too large; "" if it is not."""
-    within = all(abs(each) <= most for each, most in zip(pull, scene.pull, strict=True))
-    larger = "; give the scene gravity, or a planned Accelerate, as large as that"
-    return "" if within else f"at most {shown(list(scene.pull))} in size, the largest of the scene{larger}"
+def _unfit_pull(engine: Engine, pull: Sequence[float], until: float) -> str:
+    ax, ay = pull
+    return unfit_pull(engine.composition.prepared, (ax, ay), until)
 
 
-def _demand_pull(engine: Engine, new: Insert) -> None:
-    """Raises ValueError for an acceleration that this run is not made for, and for a body that would rest on
-    a wall by it."""
+def _with_pull(scene: Scene, largest: Sequence[float]) -> Scene:
+    """Returns a scene in which accelerations differ and may be as large as this along x and y."""
+    ax, ay = map(abs, largest)
+    same = ax <= scene.pull[0] and ay <= scene.pull[1] and not (scene.bent and scene.uniform)
+    return scene if same else widened(scene, pull=(ax, ay))
+
+
+def _scene_of(engine: Engine, new: Insert, until: float) -> Scene:
+    """Returns the scene, or a wider one, in which an inserted body has its acceleration; ValueError for one
+    that is not possible."""
     scene, pull = engine.scene, pull_of(new, engine.scene.gravity)
-    if not scene.bent and any(pull):
-        raise _cannot_come(
-            "it is accelerated, and this run is made for bodies that fly straight: give the scene gravity, "
-            "or a body an acceleration"
-        )
-    if wrong := _unfit_pull(scene, pull):
+    if wrong := _unfit_pull(engine, pull, until):
         raise _cannot_come(f"its acceleration is {shown(list(pull))}, expected {wrong}")
     usual = tuple(scene.acceleration[0].tolist()) if len(scene) else scene.gravity
-    if scene.bent and scene.uniform and pull != usual:
-        only = shown(list(usual))
-        raise _cannot_come(
-            f"its acceleration is {shown(list(pull))}, and this run is made for bodies of {only} alone: give "
-            "the scene a body of another one"
-        )
+    return scene if pull == usual and scene.uniform else _with_pull(scene, pull)
 
 
 def read_insertions(
-    engine: Engine, positions: object, velocities: object, each: Mapping[str, Any]
-) -> tuple[Rows, tuple[Shape, ...]]:
-    """Returns the commands that insert bodies now, and shapes that the table does not have. ``each`` has
-    the other fields of an insertion: one for all, or a sequence of one for each. ValueError for values that a
-    scene would refuse; it names the body. That a body is within the walls is not checked."""
+    engine: Engine, positions: object, velocities: object, each: Mapping[str, Any], until: float
+) -> tuple[Rows, bool]:
+    """Returns the commands that insert bodies now, in a run to a time, and whether they need a wider scene.
+    ``each`` has the other fields of an insertion: one for all, or a sequence of one for each. ValueError for
+    values that a scene would refuse; it names the body. That a body is within the walls is not checked."""
     try:
         places = np.asarray(positions, dtype=np.float64).reshape(-1, 2)
         flies = _pairs(velocities, len(places))
@@ -422,9 +415,9 @@ def read_insertions(
         ) from None
     many = len(places)
     columns = {name: column(name, given, many) for name, given in each.items()}
-    rows, new = engine.command_rows(INSERTED, many), dict[Shape, None]()
+    rows, scenes = engine.command_rows(INSERTED, many), [engine.scene]
     if not many:
-        return rows, ()
+        return rows, False
     alike = [*zip(*columns.values(), strict=True)]
     alike_at = dict[tuple[Any, ...], list[int]]()
 
@@ -432,10 +425,10 @@ def read_insertions(
         """Returns the row of one of them; the error names it."""
         insertion = Insert(0.0, places[at], flies[at], **dict(zip(columns, alike[at], strict=True)))
         try:
-            row, more = read_insertion(engine, insertion)
+            row, scene = read_insertion(engine, insertion, until)
         except ValueError as error:
             raise ValueError(f"body {at} of {many}: {error}") from None
-        new.update(dict.fromkeys(more))
+        scenes.append(scene)
         return row
 
     for at, values in enumerate(alike):
@@ -448,12 +441,13 @@ def read_insertions(
     fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
     for at in np.flatnonzero(~fine).tolist():
         read(at)
-    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if engine.scene.bent else ():
+    bent = any(scene.bent for scene in scenes)
+    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if bent else ():
         read(at)
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))
     _check_speed(engine, math.hypot(*flies[fastest].tolist()), smallest)
-    return rows, tuple(new)
+    return rows, any(scene is not engine.scene for scene in scenes)
 
 
 def column(name: str, given: Any, many: int) -> list[Any]:

@@ -52,6 +52,11 @@ class Moment:
         return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
 
     @property
+    def pull(self) -> tuple[float, float]:
+        """The largest accelerations so far, along x and y: of the scene (``Scene.pull``), and by hand."""
+        return self._engine.scene.pull
+
+    @property
     def numbers(self) -> int:
         """How many numbers bodies have been given, those of planned insertions among them."""
         return self._engine.numbers

@@ -432,7 +432,7 @@ class _Plans:
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
         flew[first] = self._velocity[body[first]]
         self._velocity[body[last]] = flies[last]
-        if self._moment.scene.bent:
+        if any(self._moment.pull):
             now = np.stack([rows["epoch"], rows["tick"]], axis=1)[flights.row[order]]
             since = np.roll(now, 1, axis=0)
             since[first] = self._since[body[first]]

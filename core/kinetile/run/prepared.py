@@ -38,12 +38,16 @@ class Prepared(Scene):
         return copy
 
 
-def with_shapes(scene: Scene, shapes: tuple[Shape, ...]) -> Scene:
-    """Returns a scene with more shapes in its table, which bodies of finite mass may have."""
-    if not shapes:
+def widened(scene: Scene, shapes: tuple[Shape, ...] = (), pull: tuple[float, float] | None = None) -> Scene:
+    """Returns a scene with more shapes in its table, which bodies of finite mass may have, and, unless
+    ``pull`` is None, with accelerations that differ and may be as large as that along x and y."""
+    if not shapes and pull is None:
         return scene
+    changes: dict[str, Any] = {"shapes": (*scene.shapes, *shapes)}
+    if pull is not None:
+        changes |= {"pull": tuple(map(max, scene.pull, pull)), "uniform": False}
     copy = object.__new__(Scene)
-    copy.__dict__.update(vars(scene) | {"shapes": (*scene.shapes, *shapes)})
+    copy.__dict__.update(vars(scene) | changes)
     return copy
 
 

@@ -158,7 +158,7 @@ class Simulation(Moment):
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
         self._audit = audit
-        self._running = False
+        self._running: End | None = None
         self._fault: str | None = None
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
@@ -212,7 +212,7 @@ class Simulation(Moment):
         engine = self._engine
         composition, skin = engine.composition, engine.bounds.skin
         return explanation(
-            self.scene,
+            engine.scene,
             Modelled(
                 broad_phase=called(composition.broad_phase, composition.options),
                 certified=composition.broad.repair is not idle.repair,
@@ -293,7 +293,7 @@ class Simulation(Moment):
                 scene.
         """
         with _Alone(self, "run"):
-            end = arguments.read_end(self._engine, self.scene, until, max_contacts, max_events)
+            end = arguments.read_end(self._engine, until, max_contacts, max_events)
             engine = self._engine
             calls = read_calls(on_contact, self.scene.kinds)
             if calls is not None and stop_at is not None:
@@ -335,7 +335,7 @@ class Simulation(Moment):
                     if engine.history is not given:  # new bodies are of the kinds as well
                         engine.watch(arguments.read_stop(engine, self.scene, stops))
 
-            self._running = True
+            self._running = end
             if observers:
                 self._observers = observers
             if stop is not None:
@@ -349,7 +349,7 @@ class Simulation(Moment):
                     self._observe(observers)
                 raise
             finally:
-                self._running = False
+                self._running = None
                 if observers:
                     observers.leave()
                 if stop is not None:
@@ -374,9 +374,12 @@ class Simulation(Moment):
         None: the scene's own ``until``, or for as long as there are events. Between two events the caller may
         read, turn or run the simulation. Raises as ``run`` does."""
         until = self.scene.settings.until if until is None else until
-        end = End() if until is None else arguments.read_end(self._engine, self.scene, until)
+        end = End() if until is None else arguments.read_end(self._engine, until)
+        scene = self._engine.scene
         while True:
             with _Alone(self, "step"):
+                if until is not None and self._engine.scene is not scene:  # by hand, which may set an end
+                    arguments.read_end(self._engine, until)
                 event = self._with_kinds(advance_one(self._engine, end))
             if event is None:
                 return
@@ -466,17 +469,18 @@ class Simulation(Moment):
         """Gives bodies other accelerations from now on, in the order given: (n,) their numbers, and (n, 2)
         accelerations or one for all.
 
-        A run is made for them if the scene has bodies of several accelerations, or plans an ``Accelerate``;
-        none may be larger, along x or y, than the largest of the scene (``Scene.pull``). A refused call
-        leaves everything unchanged.
+        None is possible along a periodic axis, of an immovable body, or without an arena after the scene's
+        end. The first one, or a larger one than any so far, prepares the phases again, and the first compiles
+        another loop. A refused call leaves everything unchanged.
 
         Raises:
             IndexError, BusyError: as ``set_velocities``.
-            ValueError: an acceleration is not two such numbers, or this run is not made for it.
+            ValueError: an acceleration is not two such numbers, or too large for the clock.
+            Refused: a narrow phase does not know accelerations, or the broad phase does not accept them.
         """
         with _Alone(self, "accelerate a body"):
-            rows = arguments.read_accelerations(self._engine, bodies, accelerations)
-            self._engine.carry_out(ACCELERATED, rows)
+            given = arguments.read_accelerations(self._engine, bodies, accelerations, self._goes_to)
+            self._engine.carry_out(ACCELERATED, *given)
 
     @answering
     def insert(
@@ -511,8 +515,8 @@ class Simulation(Moment):
         with _Alone(self, "take a body in"):
             engine, size = self._engine, cast("float", radius)
             insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
-            rows, new = arguments.read_insertion(engine, insertion)
-            engine.carry_out(INSERTED, rows, new)
+            rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
+            engine.carry_out(INSERTED, rows, scene)
         return int(rows["body"][0])
 
     @answering
@@ -546,10 +550,10 @@ class Simulation(Moment):
         each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": pulls}
         with _Alone(self, "take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
-            rows, new = arguments.read_insertions(engine, positions, velocities, each)
-            if not (engine.due or new):
+            rows, wider = arguments.read_insertions(engine, positions, velocities, each, self._goes_to)
+            if not (engine.due or wider):
                 reasons.update(engine.insert_those_with_room(rows))
-            else:  # a command of the scene comes first, or the table of shapes gets more
+            else:  # a command of the scene comes first, or there are new shapes or accelerations
                 columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]
                 with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
                     for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
@@ -669,6 +673,8 @@ class Simulation(Moment):
 
         Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
         has a new plan. For two that are passing through each other it is the row of the end, with a > b.
+        Where axes are periodic it is sought for 1,000 units of the clock (``time_unit``) from now, or until a
+        body has crossed 4,096 periods for another one.
 
         Args:
             a: a body.
@@ -689,7 +695,8 @@ class Simulation(Moment):
         self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
-        if it has none. The end of a passing is one too. Ties go as in the run.
+        if it has none, by then where axes are periodic (``next_contact``). The end of a passing is one too.
+        Ties go as in the run.
 
         With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
         body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
@@ -717,15 +724,13 @@ class Simulation(Moment):
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
         ignored. A contact needs approach: a body that it touches or overlaps at the start is met at once if
         they approach, and not at all if they part. Of several at one tick the first by number. Along a
-        periodic axis it meets a body through any image, within 8 units of the clock (``time_unit``) from now:
-        beyond that no contact of bodies is predicted there either.
+        periodic axis it meets a body through any image, as far ahead as ``next_contact`` looks.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
                 segments. Where axes are periodic it is narrower than a period.
-            velocity: (vx, vy); so that it crosses at most 4,096 periods in these units.
-            acceleration: (ax, ay), each at most the largest of the scene (``Scene.pull``); by default that
-                of gravity.
+            velocity: (vx, vy); so that it crosses at most 4,096 periods in 8 units of the clock.
+            acceleration: (ax, ay), 0 along periodic axes; by default that of gravity.
             kinds: only bodies of these kinds.
 
         Raises ValueError for what is no such body, or no velocity.
@@ -893,6 +898,12 @@ class Simulation(Moment):
         if kinds is None:
             return query
         return _of_kinds(query, arguments.read_kinds(kinds, query.composition.prepared.kinds, "kinds"))
+
+    @property
+    def _goes_to(self) -> float:
+        """The time to which the run that is under way goes, or the present one."""
+        until = self._running.until if self._running else None
+        return self.time if until is None else until
 
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])

@@ -178,7 +178,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
         "periodic": given.periodic,
         "gravity": gravity,
         "pull": pull,
-        "uniform": not resting and _is_uniform(pulls, kept, gravity),
+        "uniform": not any(pull) or (not resting and _is_uniform(pulls, kept, gravity)),
         "resting": resting,
         "shapes": table.shapes,
         "names": names,

@@ -85,7 +85,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
     which, begin, scene = "xy".index(axis), sim.time, sim.scene
     present = sim.bodies, np.column_stack([sim.positions(), sim.velocities(), sim.accelerations()])
     going = {int(body): (begin, BentPlan(*plan.tolist())) for body, plan in zip(*present, strict=True)}
-    parts = PARTS if scene.pull[which] else 1
+    parts = PARTS if sim.pull[which] else 1
     rows = BoundedRows(MOST_PIECES // parts, scene)
     try:
         sim.run(until, recorder=rows)

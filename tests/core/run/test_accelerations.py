@@ -10,8 +10,9 @@ import by_the_rules
 import kinetile as kt
 import lanes
 from agreement import agree, assert_one_answer
-from kinetile.errors import NoRoom, Refused, ZenoError
+from kinetile.errors import NoRoom, PhaseError, Refused
 from kinetile.scene.files import dumps_scene, loads_scene
+from kinetile.show.player.view import view_file
 from kinetile.toolbox import reach
 from lanes import first
 
@@ -383,3 +384,87 @@ def test_a_contact_came_through_the_image_of_another_guess(phase: str) -> None:
     rows = [((epoch << 52) + tick, a, b) for _, epoch, tick, a, b in sim.contacts.tolist()]
     assert len(rows) == 6
     assert rows == by_the_rules.answer(scene, 6, 1 << 60).contacts
+
+
+def court(periodic: str, gravity: tuple[float, float] | None) -> kt.Scene:
+    """Bodies that keep their accelerations, if they have any."""
+    places, speeds = [(1.0, 1.0), (3.0, 1.5), (2.0, 3.0)], [(2.5, 1.25), (-1.5, 0.5), (0.25, -1.75)]
+    return kt.Scene(places, speeds, 0.25, arena=(4.0, 4.0), periodic=periodic, gravity=gravity)
+
+
+def game(scene: kt.Scene, phase: str, live: bool, recorder=None) -> kt.Simulation:
+    """A game in which they do not, by its commands, in a callback too."""
+    sim, made = kt.Simulation(scene, phase, live=live, audit=4), []
+
+    def changes(event):
+        made.append(event)
+        if len(made) == 2:
+            sim.set_acceleration(event.bodies[0], (0.0, -2.0))
+        if len(made) == 4:
+            sim.insert((2.0, 2.0), (0.25, 0.0), 0.125, acceleration=(0.0, 8.0))
+
+    sim.run(2.0, on_contact=changes, recorder=recorder)
+    sim.insert_many([(0.5, 0.5), (0.5, 0.5), (3.5, 3.5)], (0.0, 0.25), 0.125, acceleration=(0.0, -9.0))
+    return sim
+
+
+@pytest.mark.parametrize(
+    ("periodic", "gravity", "live"),
+    first(2, [("", None, True), ("x", None, False), ("", (0.0, -1.0), False)]),
+)
+def test_accelerations_by_hand_need_no_promise_of_the_scene(periodic, gravity, live, tmp_path):
+    """A scene without any refused all, and one of bodies that keep theirs all others."""
+    scene = court(periodic, gravity)
+    first_of_all, *others = sims = [game(scene, phase, live) for phase in ("naive", "cells", "sap-2d")]
+    saved = first_of_all.snapshot()
+    for sim in sims:
+        sim.run(3.0)
+    assert len({sim.fingerprint for sim in sims}) == 1
+    assert len(first_of_all.contacts) > 9
+    assert first_of_all.readings.energy_drift < 1e-13
+    assert first_of_all.pull == (0.0, 9.0)
+    agree(first_of_all.recorded(), "naive", "sap-1d")
+    for sim in sims[:2]:  # to the same engine, and to another one
+        sim.restore(saved)
+        sim.save(tmp_path / "saved")
+        resumed = kt.resume(tmp_path / "saved", "sap-1d")
+        resumed.run(3.0)
+        assert resumed.fingerprint == others[-1].fingerprint
+        assert sim.pull == resumed.pull
+
+
+def test_the_file_of_a_run_that_was_accelerated_by_hand_has_its_motion(tmp_path):
+    scene, path = court("", None), tmp_path / "run.parquet"
+    with kt.EventRecorder(path, scene) as recorder:
+        sim = game(scene, "cells", True, recorder)
+        sim.run(3.0, recorder=recorder)
+    flown = kt.Trajectory.read(path)
+    for name in ("positions", "velocities", "accelerations"):
+        assert np.array_equal(getattr(flown, name)(3.0), getattr(sim, name)())
+    assert view_file(path).page.held["pull"]  # else a page has no accelerations
+    assert "flying with accelerations up to [0.0, 9.0]" in sim.explain()["modelled"][0]
+    with pytest.raises(PhaseError, match="accelerated by hand, and pressure by counts is of bodies that fly"):
+        sim.run(3.5, observe=["pressure"])
+
+
+def test_in_the_open_plane_a_first_acceleration_by_hand_sets_an_end_to_runs_and_steps():
+    scene = kt.Scene(
+        [(0.0, 0.0), (5.0, 0.0)], [(0.0, 0.0), (-1.0, 0.0)], 0.5, settings=kt.Settings(until=6.0)
+    )
+    sim = kt.Simulation(scene, "naive")
+    with pytest.raises(ValueError, match=r"the scene's end, 6.0, and this run goes to 60.0"):
+        sim.run(60.0, on_contact=lambda event: sim.set_acceleration(0, (1.0, 0.0)))
+    steps = kt.Simulation(scene, "naive")
+    with pytest.raises(ValueError, match=r"until=60.0 is after the scene's end, 6.0"):
+        [steps.set_acceleration(event.bodies[0], (1.0, 0.0)) for event in steps.steps(60.0)]
+    for each in (sim, steps):
+        each.run()
+        agree(each.recorded(), "naive", "cells")
+
+
+def test_a_planned_acceleration_of_nothing_ended_the_run():
+    stays = [kt.Accelerate(0, 0.5, (0.0, 0.0))]
+    scene = kt.Scene(
+        [(1.0, 1.0), (3.0, 1.0)], [(1.0, 0.0), (0.0, 0.0)], 0.5, arena=(4.0, 2.0), commands=stays
+    )
+    assert contacts(scene, 1.25) == [(1.0, 0, 1)]

@@ -57,6 +57,15 @@ def pulled():
     return kt.Simulation(scene, "cells", live=True)
 
 
+@pytest.fixture
+def late():
+    """In the open plane, after the end of its scene."""
+    end = kt.Settings(until=1.0)
+    sim = kt.Simulation(kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 0.5, settings=end), "naive")
+    sim.run(2.0)
+    return sim
+
+
 def unchanged(sim, call):
     before = sim.snapshot()
     try:

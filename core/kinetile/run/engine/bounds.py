@@ -12,12 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now
-from kinetile.kernel.plan import velocities_after
+from kinetile.kernel.plan import LEAST_SPAN, SHARE, shortest, velocities_after
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import Kernel
+from kinetile.run.prepared import widened
 from kinetile.scene import Insert, Scene
-from kinetile.toolbox.reach import speed_bound
+from kinetile.scene.checks import Extent
+from kinetile.scene.frame import check_pull
+from kinetile.toolbox.reach import drop_of, margin_of, speed_bound
 
 MOST_FLOWN = 2.0**-20
 """The greatest flight in one tick, in smallest radii; beyond it a tick is too coarse for contacts."""
@@ -59,3 +63,26 @@ def squares_of_bodies(k: Kernel) -> float:
     vx, vy = velocities_after(*plans_now(k, there)).T
     mass = np.where(np.isinf(k.mass), 0.0, k.mass)[there]
     return math.fsum((mass * (vx * vx + vy * vy)).tolist())
+
+
+def unfit_pull(scene: Scene, pull: tuple[float, float], until: float = -math.inf) -> str:
+    """Returns what is expected in the place of an acceleration that a run of a scene to a time cannot have;
+    "" for one that it can."""
+    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
+    for mistake in check_pull("", pull, extent):
+        return mistake.expected
+    largest, last = (abs(pull[0]), abs(pull[1])), scene.settings.until
+    if all(each <= most for each, most in zip(largest, scene.pull, strict=True)):
+        return ""
+    if scene.arena is None and (last is None or until > last):
+        end = "which this one lacks" if last is None else f"{last}, and this run goes to {until}"
+        return f"none: without an arena bodies are accelerated up to the scene's end, {end}"
+    wide = widened(scene, pull=largest)
+    margin, fallen = margin_of(wide), math.sqrt(drop_of(wide)) * scene.time_unit / TICKS
+    short = shortest(wide.pull, margin, scene.time_unit) < LEAST_SPAN
+    if short or fallen > MOST_FLOWN * (margin / SHARE):
+        return (
+            "less: by that a body falls far in a tick of this scene's clock; plan it in the scene, which "
+            "chooses its clock by it, or give the scene a unit"
+        )
+    return ""

@@ -18,7 +18,6 @@ from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import PAGE, ROW, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
-from kinetile.scene import Scene
 
 if TYPE_CHECKING:
     from kinetile.run.moment import Moment
@@ -80,13 +79,13 @@ class Ledger:
     ``k.met`` were taken over last. ``complete`` is False if an error has kept rows from a reader.
     """
 
-    def __init__(self, clock: Clock, entries: Entries, scene: Scene) -> None:
+    def __init__(self, clock: Clock, entries: Entries) -> None:
         self._recorder: RowFunction | None = None
         self._counter: RowFunction | None = None
         self._observer: RowFunction | None = None
         self.holds_rows = False
         self.complete = True
-        self._clock, self._scene = clock, scene
+        self._clock = clock
         self.pending_events: list[ContactRow] | None = []
         self.latest = 0
         self._room = np.empty(0, KEPT)  # for what is kept of later chunks
@@ -106,7 +105,8 @@ class Ledger:
         if self.pending_events is not None:
             self.pending_events = list(entries.pending_events)
         self._unrecorded = list(entries.unrecorded)  # rows that wait, before those that are put aside
-        self._held: list[tuple[bytes, int]] = []  # rows, with the clock's base that their ticks count from
+        # Rows, the clock's base that their ticks count from, and whether bodies were accelerated then.
+        self._held: list[tuple[bytes, int, bool]] = []
         self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
         self._kept = np.zeros(0, CONTACT) if entries.contacts is None else entries.contacts
         self._count = self._total = len(self._kept)  # of those in one array, and of all, with those that wait
@@ -221,13 +221,13 @@ class Ledger:
             else:
                 self._digest.update(met.view(np.uint8).data)
         if written:
-            long = np.frombuffer(k.log, ROW, written)
+            long, bent = np.frombuffer(k.log, ROW, written), "ax" in (k.bodies.dtype.names or ())
             if self._recorder is not None:
-                self._recorder(_rows(long, self._clock, self._scene))
+                self._recorder(_rows(long, self._clock, bent))
             elif self.holds_rows:
-                self._held.append((long.tobytes(), self._clock.base))
+                self._held.append((long.tobytes(), self._clock.base, bent))
             if self._observer is not None:
-                self._observer(_rows(long, self._clock, self._scene))
+                self._observer(_rows(long, self._clock, bent))
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
         self.complete = True
@@ -265,9 +265,9 @@ class Ledger:
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
         aside, self._held = self._held, []
-        for rows, base in aside:
+        for rows, base, bent in aside:
             clock = replace(self._clock, base=base)
-            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock, self._scene))
+            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock, bent))
         return self._unrecorded
 
 
@@ -282,7 +282,7 @@ def _kept(met: Any, kept: Any) -> tuple[int, Any]:
     return first, kept
 
 
-def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
+def _rows(written: Any, clock: Clock, bent: bool) -> npt.NDArray[np.void]:
     """Returns the log rows, with NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
@@ -290,7 +290,7 @@ def _rows(written: Any, clock: Clock, scene: Scene) -> npt.NDArray[np.void]:
     for name in Plan._fields:
         rows[f"a{name}"] = written[f"a{name}"]
         has = written["b"] >= 0
-        if scene.bent and name in "xy":
+        if bent and name in "xy":
             has |= np.isin(written["b"], (INSERTED, ACCELERATED, HELD, MOVED))
         rows[f"b{name}"] = np.where(has, written[f"b{name}"], np.nan)
     return rows

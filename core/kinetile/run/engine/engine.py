@@ -80,9 +80,8 @@ from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.fields import Tables
 from kinetile.run.engine.state import RunState, contents_of, numbers_of
 from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
-from kinetile.run.prepared import with_shapes
+from kinetile.run.prepared import widened
 from kinetile.scene import Scene
-from kinetile.scene.shapes import Shape
 from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, fastest, margin_of
 
 UNLIMITED = 2**62
@@ -143,6 +142,7 @@ class Kept:
             requested=was._requested,
             overlapping=was.overlapping,
             shapes=was.scene.shapes[was._listed :],
+            pull=None if was.scene.uniform else was.scene.pull,
             audits=was.audits,
             cpu_seconds=was.cpu_seconds,
             compile_seconds=was.compile_seconds,
@@ -153,7 +153,7 @@ class Engine(Tables):
     """Tables, clock, agenda and loop of one simulation.
 
     Attributes:
-        scene: the scene, with the shapes that were added by hand.
+        scene: the scene, with the shapes and the accelerations that were added by hand.
         bounds: limits that no body exceeds, and the skin that follows from them.
         commands, history: which commands the loop is composed with, and the interactive ones so far.
         numbers: how many body numbers have been given, or will be by the scene.
@@ -173,7 +173,7 @@ class Engine(Tables):
         state: RunState | None = None,
     ) -> None:
         """An engine of a scene, at its start or in a ``state``, for which the composition is prepared."""
-        self.scene = scene if state is None else with_shapes(scene, state.shapes)
+        self.scene = scene if state is None else widened(scene, state.shapes, state.pull)
         self._listed = len(scene.shapes)
         self.composition = composition
         self.state = composition.broad.state
@@ -181,7 +181,7 @@ class Engine(Tables):
         if state is None:
             state = RunState.at_start(scene, self.clock, keep_contacts)
         self.clock.base = state.base
-        self.ledger = Ledger(self.clock, state.entries, self.scene)
+        self.ledger = Ledger(self.clock, state.entries)
         self.agenda = Agenda(state.later)
         self.history = state.history
         self.bounds = state.bounds
@@ -504,19 +504,26 @@ class Engine(Tables):
         row = PACKED.pack(self.now, *disc, body, code, self.met_now, 0.0, 0.0, 0, 0, 0, 0)
         return np.frombuffer(bytearray(row * many), ROWS)
 
-    def carry_out(self, code: int, rows: Rows, shapes: tuple[Shape, ...] = ()) -> None:
-        """Runs commands of one code, of the present tick, now, before any contact; ``shapes`` of inserted
-        bodies are added to the table. Raises Refused, with nothing changed, for a skin that the broad phase
-        does not accept, or a body without room."""
+    def carry_out(self, code: int, rows: Rows, scene: Scene | None = None) -> None:
+        """Runs commands of one code, of the present tick, now, before any contact; in a ``scene`` widened for
+        them, if it is another one. Raises Refused, with nothing changed, if a phase does not accept that, or
+        the broad phase the skin, or for a body without room."""
         self._demand_whole()
         if self.fields.fault.code[0] not in (0, JAMMED):  # a command may end a jam
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if not len(rows):
             return
+        if scene is not None and scene is not self.scene:
+            with self.unchanged_if(Refused):
+                self.scene, self._falls = scene, (drop_of(scene), chord_speed(scene))
+                self.bounds = self.bounds._replace(squares=math.inf)
+                self.renew()
+                self.carry_out(code, rows)
+            return
         inserts = code == INSERTED
         wanted = Commands.ALL if code in (INSERTED, REMOVED, MOVED) else Commands.TURNS
         others_first = self.due  # of the scene, which stopped before them
-        if inserts and len(rows) == 1 and not others_first and not shapes:
+        if inserts and len(rows) == 1 and not others_first:
             (blocker,) = self._blockers(rows).tolist()
             if blocker != FREE:
                 raise blocked(self.k, self.clock, rows[0], blocker)
@@ -529,13 +536,10 @@ class Engine(Tables):
         farther = bounds.extent > self.bounds.extent
         # To go back to, a copy of the tables is kept if they are laid out again or other commands come first:
         # what the loop itself refuses has changed nothing.
-        same = self._ready and not (faster or farther or others_first or shapes)
+        same = self._ready and not (faster or farther or others_first)
         plain = same and self._has_place_for(code, rows, wanted)
         with nullcontext() if plain else self.unchanged_if(Refused):
             self.bounds = bounds
-            if shapes:
-                self.scene = with_shapes(self.scene, shapes)
-                self.renew()
             self._allow(wanted)
             self.compile()
             if faster or farther:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.compiled import python_of
+from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import INSERTED
 from kinetile.kernel.loop.commands import window_of
 from kinetile.kernel.passings import MOST_IMAGES
@@ -84,6 +85,7 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
         clock.limits.width, clock.limits.height = prepared.arena
     clock.torus.x, clock.torus.y = prepared.periods
     clock.torus.per_x, clock.torus.per_y = (1.0 / each if each else 0.0 for each in prepared.periods)
+    clock.torus.foreseen = FORESEEN
     clock.torus.half_x, clock.torus.half_y = (0.5 * each if each else math.inf for each in prepared.periods)
     clock.lists.commands = len(contents.commands)
     copy_carried(contents.clock, k.clock, places)

@@ -79,7 +79,8 @@ class RunState:
     where bodies are. ``commands`` are those that the loop is composed with, ``later`` those of later spans of
     the clock, ``history`` the interactive ones so far. ``entries`` are the contents of the ledger,
     ``requested`` is the requested time if the run has ended at it. ``overlapping``, (m, 2), are pairs near
-    each other at the start, before it is decided which begin to pass; ``shapes`` those added by hand.
+    each other at the start, before it is decided which begin to pass; ``shapes`` those added by hand, and
+    ``pull`` the largest accelerations, where they differ.
     """
 
     contents: Contents
@@ -92,6 +93,7 @@ class RunState:
     requested: float | None
     overlapping: npt.NDArray[np.int64]
     shapes: tuple[Shape, ...] = ()
+    pull: tuple[float, float] | None = None
     audits: int = 0
     cpu_seconds: float = 0.0
     compile_seconds: float = 0.0

@@ -20,7 +20,7 @@ from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, BentPlans, Plans, bent_plans_of, bent_plans_through
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.images import FORESEEN, first_bent_image, first_image, first_image_of
+from kinetile.kernel.images import first_bent_image, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
@@ -37,7 +37,7 @@ from kinetile.kernel.tables import (
     elder,
     record_table,
 )
-from kinetile.run.questions.places import Point, Query
+from kinetile.run.questions.places import MOST_PERIODS, Point, Query
 from kinetile.scene.shapes import Floats, Ints
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
@@ -107,9 +107,9 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point, pull: P
     """Returns what ``Simulation.cast`` does: the body of the hit is a slot."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
-    bent = query.composition.prepared.bent
+    bent = query.composition.prepared.bent or any(pull)
     if any(query.periods) or bent:
-        k = _with_body(query, centre, outline, velocity, pull)
+        k = _with_body(query, centre, outline, velocity, pull if bent else None)
         meet = first_image if discs else first_cast
         if bent:
             meet = first_bent if discs else first_bent_shape
@@ -141,14 +141,13 @@ def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:
     return np.concatenate([np.zeros(0), *rows]), np.cumsum([0, *map(len, rows)])[which]
 
 
-def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point) -> Kernel:
+def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point | None) -> Kernel:
     """Returns what ``meet`` reads of the tables, with a body in a last row: anchored now, younger than all,
     without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
-    bent = query.composition.prepared.bent
     bent_row, row = (BENT_SHAPED, SHAPED) if shaped else (BENT_BODY, BODY)
-    bodies = record_table(bent_row if bent else row, n + 1)
+    bodies = record_table(row if pull is None else bent_row, n + 1)
     images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
     images[: len(k.images)] = k.images
     for name in {*k.bodies.dtype.names} & {*bodies.dtype.names}:  # what holds them is of no use
@@ -157,12 +156,14 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     body, limits = bodies[n], clock[0].limits
     body.x, body.y, body.vx, body.vy, body.radius = x, y, *velocity, circle_around(outline)
     body.anchor, body.last = query.now, NOBODY
-    if bent:
+    if pull is not None:
         body.ax, body.ay = pull
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
-    flown = (abs(velocity[0]) + abs(velocity[1])) * (FORESEEN * float(clock[0].tick))
-    limits.fat += min(2.0**-40 * (flown + float(body.radius)), max(periods))
+    clock[0].torus.foreseen = ahead = query.ahead(velocity) if any(periods) else 0
+    flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].tick))
+    far = flown + MOST_PERIODS * sum(periods) + float(body.radius)
+    limits.fat += min(2.0**-40 * far, max(periods))
     k = k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
     return _with_differences(query, k, outline) if shaped else k
 
@@ -213,7 +214,7 @@ def _first_of(query: Query, a: int, among: Ints | None = None, walls: bool = Tru
         tick, wall = wall_of(query, a)
         found.append(_First(tick, WALL, wall))
     first = min(found, key=lambda each: (each.tick, each.kind))
-    return None if first.tick == NEVER else first
+    return first if first.tick < query.until else None
 
 
 def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:

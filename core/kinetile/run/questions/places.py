@@ -16,10 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.clock import Clock
+from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import replaced
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.images import FORESEEN
+from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
@@ -30,6 +31,15 @@ Box = tuple[float, float, float, float]
 """left, bottom, right, top; left <= right and bottom <= top."""
 
 Point = tuple[float, float]
+
+MOST_PERIODS = 4096
+"""Periods that a ray, a cast disc, or a body seen from another may cross: each image on its way is read."""
+
+AHEAD = 1000
+"""Units of the clock for which contacts are looked for where axes are periodic."""
+
+OLDEST = 4
+"""Units of the clock: where axes are periodic no plan is older."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +70,31 @@ class Query:
         torus = self.k.clock[0].torus
         return float(torus.x), float(torus.y)
 
+    def ahead(self, velocity: Point = (0.0, 0.0)) -> int:
+        """Returns for how many ticks from now contacts are looked for where axes are periodic, of a body with
+        this velocity too: ``AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
+        bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].tick) * TICKS
+        crossed = 1.0
+        for name, own, period in zip(("vx", "vy"), velocity, self.periods, strict=True):
+            if period:
+                fastest = float(abs(bodies[name]).max(initial=abs(own)))
+                crossed = max(crossed, 2.0 * fastest * unit / period)
+        return max(min(int(MOST_PERIODS / crossed), AHEAD) * TICKS, FORESEEN)
+
+    @cached_property
+    def until(self) -> int:
+        """The tick before which contacts are looked for, so that a later one is no answer."""
+        return self.now + self.ahead() if any(self.periods) else NEVER
+
     @cached_property
     def aside(self) -> Any:
-        """The packed tables with a clock of their own: a fault of a narrow phase is not to end the run."""
+        """The packed tables with a clock of their own: a fault of a narrow phase is not to end the run, which
+        does not look as far ahead."""
         kept = self.k.clock
         clock = np.frombuffer(bytearray(kept.tobytes()), kept.dtype).view(type(kept))  # copy() goes by fields
+        if any(self.periods):
+            clock[0].torus.foreseen = self.until - self.now + OLDEST * TICKS
+            clock[0].limits.fat += 2.0**-40 * MOST_PERIODS * sum(self.periods)  # as for what is cast
         return replaced(self.packed, "clock", clock)
 
     @cached_property

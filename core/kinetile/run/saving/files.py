@@ -191,7 +191,7 @@ def _check_begin(content: bytes, name: str) -> None:
 _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("base", "audits"), int),
     **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
-    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple},
+    **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple, "pull": tuple | None},
 }
 """Fields of a run's state that are in the head under their names, with their types."""
 

@@ -17,10 +17,11 @@ from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORE
 from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
+from kinetile.run.engine.bounds import unfit_pull
 from kinetile.run.engine.commands import Command, command_of
 from kinetile.run.engine.engine import Engine, Kept
 from kinetile.run.engine.state import RunState, numbers_of
-from kinetile.run.prepared import present_scene, with_shapes
+from kinetile.run.prepared import present_scene, widened
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST
 from kinetile.scene.commands import values_of
@@ -101,7 +102,7 @@ def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
             f"{', '.join(mine)}, or other options of them: they make the contacts, so they have to be the "
             "same"
         )
-    table = with_shapes(scene, snapshot.state.shapes)
+    table = widened(scene, snapshot.state.shapes, snapshot.state.pull)
     present = present_scene(snapshot.state.contents, table, composition.prepared.capacity)
     return Engine(scene, composition.prepared_for(present), state=snapshot.state)
 
@@ -160,8 +161,13 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a body is held by what is not there"
     if scene.resting and not (plans["ledge"] >= now).all():
         yield "a body has not left its support"
-    most = sum(scene.pull) * (1.0 + 2.0**-20)
-    if not (np.abs(pulls) <= scene.pull).all() or not (np.hypot(plans["ax"], plans["ay"]) <= most).all():
+    pull = state.pull or scene.pull
+    if len(pull) != 2 or not all(type(each) is float and each >= 0.0 for each in pull):
+        yield f"its largest accelerations are {pull}"
+    elif wrong := unfit_pull(scene, pull):
+        yield f"its largest accelerations are {pull}; expected {wrong}"
+    most = sum(pull) * (1.0 + 2.0**-20)
+    if not (np.abs(pulls) <= pull).all() or not (np.hypot(plans["ax"], plans["ay"]) <= most).all():
         yield "a body is accelerated by more than the run allows for"
     if (plans["anchor"] > np.maximum(now, 0)).any():
         yield "a plan begins after the present"
@@ -191,7 +197,7 @@ _CODES = (TURNED, ACCELERATED, OF_KIND, MOVED, REANCHORED, INSERTED, REMOVED)
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
     """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
     contents, numbers = state.contents, numbers_of(scene, state.history)
-    table, clock = with_shapes(scene, state.shapes), Clock(scene.start, scene.time_unit)
+    table, clock = widened(scene, state.shapes, state.pull), Clock(scene.start, scene.time_unit)
     present = set(contents.plans["number"].tolist())
     waiting = [command_of(row, state.base) for row in contents.commands]
     last = int(contents.clock["now"][0]) + state.base * TICKS

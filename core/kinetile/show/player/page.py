@@ -77,7 +77,7 @@ class Page:
             "unit": scene.time_unit,
             "arena": scene.arena,
             "periods": scene.periods,
-            "pull": scene.pull if scene.bent else None,
+            "pull": scene.pull if scene.bent or any(map(_bends, self.recordings)) else None,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),
@@ -156,6 +156,12 @@ def script() -> str:
                 indent = " " * ((len(line) - len(code)) // 2)
                 lines.append(indent + code.partition(" // ")[0].removeprefix("export "))
     return "\n".join(lines)
+
+
+def _bends(recording: Recording) -> bool:
+    """Whether rows give accelerations: a command by hand may be the first that does."""
+    rows = recording.rows
+    return bool(np.isfinite(rows["bx"][rows["b"] < 0]).any())
 
 
 def _rows(recording: Recording, plans: Plans, scene: Scene) -> dict[str, Any]:

@@ -188,3 +188,41 @@ def test_a_passing_of_the_start_was_no_contact_to_come():
     sim.run(until=0.0)
     assert sim.contacts[-1].item() == (0.0, 0, 0, 0, 1)
     assert sim.next_contact(0, 1) == (0.375, 0, 3 * 2**49, 1, 0)
+
+
+def slow(rng: random.Random, periodic: str) -> kt.Scene:
+    """Discs for which it takes up to a thousand units of the clock to meet a body or a wall."""
+    places = rng.sample([(x + 0.5, y + 0.5) for x in range(6) for y in range(4)], rng.randrange(2, 4))
+    speeds = [[rng.choice((-1.0, -0.25, 0.0, 0.5)) * rng.random() * 0.1 for _ in "xy"] for _ in places]
+    pulls = [(0.0, rng.choice((0.0, 2.0**-12)) * rng.choice((-1, 1)) * (periodic == "x")) for _ in places]
+    bent = {"acceleration": pulls} if rng.random() < 0.5 else {}
+    return kt.Scene(places, speeds, 0.25, arena=(6.0, 4.0), periodic=periodic, unit=1.0, **bent)
+
+
+@pytest.mark.parametrize("periodic", ["x", "y", "xy"])
+@given(seed=st.integers(0, 2**32))
+@settings(max_examples=examples(20), deadline=None)
+def test_a_wall_was_said_to_come_first_and_a_pair_not_to_meet_where_it_was_not_looked_far(periodic, seed):
+    """Pairs were foreseen for eight units of the clock, and walls for a thousand."""
+    sim = kt.Simulation(slow(random.Random(seed), periodic), "naive")
+    sim.run(until=3.0)
+    seen, bodies = len(sim.contacts), sim.bodies.tolist()
+    first = [found for each in bodies if (found := sim.next_contact_of(each, scheduled=True))]
+    found = min(first, default=None)
+    sim.run(until=1002.0 if found is None else found.time + 1.0, max_contacts=1)
+    assert (len(sim.contacts) > seen) == (found is not None)
+    if found is not None:
+        when, _, _, *pair = sim.contacts[seen].item()
+        assert found.time == pytest.approx(when, abs=1e-9)
+        assert [found.a, found.b] == pair
+
+
+@pytest.mark.parametrize(
+    ("ceiling", "speed", "met"), [(998.0, 0.0, True), (1003.0, 0.0, False), (998.0, 8.0, False)]
+)
+def test_no_wall_is_said_to_come_first_later_than_pairs_are_looked_for(ceiling, speed, met):
+    """That is a thousand units, or as long as a body crosses 4,096 periods for another."""
+    places, speeds = [(0.5, 0.5), (1.5, 0.25)], [(0.0, 1.0), (speed, 0.0)]
+    scene = kt.Scene(places, speeds, 0.125, arena=(2.0, ceiling + 0.625), periodic="x", unit=1.0)
+    answer = kt.Simulation(scene, "naive").next_contact_of(0)
+    assert (answer is not None and answer.time == ceiling) is met
