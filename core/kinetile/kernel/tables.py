@@ -288,7 +288,8 @@ JAM = record(
 STOPS = record(
     ("before", "i8", VALUE, KEPT),  # whether to stop before what is watched, and not after it
     ("due", "i8", VALUE, KEPT),  # whether to stop now, because of
-    ("tick", "i8", PAST, CARRIED),  # a contact at this tick
+    ("row", "i8", VALUE, KEPT),  # a contact in this row of ``met``, where it has happened,
+    ("tick", "i8", PAST, CARRIED),  # at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
 NEXT = record(
@@ -405,8 +406,9 @@ class Kernel(NamedTuple):
     passings: Records  # the pairs that are passing through each other, a the elder of the two
     passers: Records  # (n,) the head of each body's list of them
     commands: Records  # those of the present span of the clock, in their order
-    watch: Records  # for each number of a body whether to stop at its contacts; empty unless some are watched
-    watched: Records  # the pairs, by numbers, to stop at
+    watch: Records  # for each number of a body whether to stop at its contacts; this and the next two are
+    watched: Records  # empty unless a run stops at contacts: the pairs, by numbers, to stop at, and
+    watched_kinds: Records  # whether to stop where such kinds meet, as in ``rules``
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     shadows: Records  # (n,) the straight plans that a broad phase sees, where some are accelerated, and
     shades: Records  # (n,) their places at the common clock (``kernel.chords``), and
@@ -497,6 +499,7 @@ def allocate(
         commands=record_table(COMMAND, 0),
         watch=np.zeros(0, dtype=np.uint8),
         watched=record_table(OFFER, 0),
+        watched_kinds=np.zeros(0, dtype=np.uint8),
         slots=np.arange(bodies, dtype=np.int32),
         shadows=record_table(seen, bodies if bent else 0),
         shades=record_table(PLACE, bodies if bent else 0),

@@ -18,11 +18,13 @@ from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORE
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.loop.loop import PASSES
-from kinetile.kernel.passings import PASS
+from kinetile.kernel.passings import PASS, row_of
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL, Kernel
 from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.interrupts import Interruptible, let_signals_through
+from kinetile.run.moment import Moment
+from kinetile.scene.checks import WALL as WALL_KIND
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -118,7 +120,7 @@ def advance(
     left: list[ContactRow] = []
     if end.ticks is not None and (ledger.records or end.ticks > MOST_UNITS * TICKS):
         _demand_feasible(engine, end, end.ticks)
-    if len(engine.k.watch) and not engine.k.clock[0].stops.before:
+    if len(engine.k.watched_kinds) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
         stop, left = _first_watched(engine, ledger.pending_events or [])
         if stop is not None:
@@ -318,13 +320,12 @@ def _event_of(engine: Engine, head: _Next) -> Event | None:
     return Event(*when, kind, tuple(sorted(each for each in (head.a, head.b) if each != NOBODY)))
 
 
-def _watched(engine: Engine) -> tuple[Event | None, list[ContactRow]]:
+def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
     """Returns the contact at which the loop stopped, and those that happened with it, after it in the log."""
-    k = engine.k
-    stops = k.clock[0].stops
+    stops = engine.k.clock[0].stops
     if not stops.before:
-        met = np.asarray(k.met)[: engine.ledger.latest]
-        return _first_watched(engine, met[met["tick"] == met["tick"][-1]].tolist())
+        first, *left = np.asarray(engine.k.met)[int(stops.row) : engine.ledger.latest].tolist()
+        return _event_of_row(engine, first), left
     epoch, tick = divmod(engine.clock.total(int(stops.tick)), TICKS)
     return _event_of_row(engine, (epoch, tick, int(stops.a), int(stops.b))), []
 
@@ -332,13 +333,19 @@ def _watched(engine: Engine) -> tuple[Event | None, list[ContactRow]]:
 def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None, list[ContactRow]]:
     """Returns the first watched one of contacts that have happened, or None, and those after it."""
     for at, row in enumerate(rows):
-        if _is_watched(engine.k, *row[2:]):
+        if _is_watched(engine, *row[2:]):
             return _event_of_row(engine, row), rows[at + 1 :]
     return None, []
 
 
-def _is_watched(k: Kernel, a: int, b: int) -> bool:
+def _is_watched(engine: Engine, a: int, b: int) -> bool:
     """Whether a contact of two numbers is watched (``bookkeeping.is_watched``); a body may be gone since."""
+    if b in COMMANDS:
+        return False
+    k, kinds = engine.k, engine.scene.kinds
+    one, two = map((*kinds, WALL_KIND).index, Moment(engine.scene, engine).kinds_of([a, b]))
+    if k.watched_kinds[row_of(len(kinds), one, two)]:
+        return True
     flags = [int(k.watch[each]) for each in (a, b) if each >= 0]
     pair = {a, b if b >= 0 else NOBODY}
     return any(each & ANY for each in flags) or (

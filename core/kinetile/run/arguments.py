@@ -22,24 +22,21 @@ from kinetile.run.engine.commands import ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.prepared import widened
 from kinetile.run.questions.places import MOST_PERIODS, Box, Point
-from kinetile.scene import Insert, Scene, SetKind
+from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import (
     FARTHEST,
     LARGEST,
     SMALLEST,
     WALL,
     Extent,
-    as_kind,
     is_finite,
-    is_kind,
     is_number,
     shown,
 )
 from kinetile.scene.commands import check_command, check_move, numbered, shape_of, with_shape
 from kinetile.scene.frame import check_pull
 from kinetile.scene.reader import pull_of
-from kinetile.scene.responses import Kind, no_kind
-from kinetile.scene.scene import kinds_inserted
+from kinetile.scene.responses import Kind, find_kind
 from kinetile.scene.shapes import Shape
 from kinetile.scene.values import VALUES
 from kinetile.toolbox.differences import DISC, Outline, circle_around
@@ -146,12 +143,11 @@ def read_count(value: Any, name: str, of: str = "bodies", least: int = 0) -> int
 
 def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) -> list[Kind]:
     """Returns one kind or several as a list; ValueError for an unknown one."""
-    one = isinstance(value, str | int | np.integer)
-    kinds: list[Any] = [value] if one else _several(value, where, "kinds", "them")
-    for kind in kinds:
-        if kind not in known:
-            raise ValueError(f"{where}: {no_kind(kind, known)}")
-    return kinds
+    try:
+        several: list[Any] = [value] if isinstance(value, str | bytes) else [*value]  # type: ignore[misc]
+    except TypeError:
+        several = [value]
+    return [find_kind(kind, known, where) for kind in several]
 
 
 def _read_numbers(value: Any, count: int, what: str) -> list[float]:
@@ -314,12 +310,10 @@ def read_insertion(engine: Engine, insertion: Insert, until: float = -math.inf) 
         return rows, engine.scene
     kind, mass, shape = insertion.kind, insertion.mass, insertion.shape
     scene, composition, mistakes = engine.scene, engine.composition, list[Mistake]()
-    kind = scene.kinds[0] if kind is None else kind
+    kind = scene.kinds[0] if kind is None else find_kind(kind, scene.kinds, "this body cannot come")
     immovable = is_number(mass) and mass == math.inf
     if scene.shapes and composition.gapless:
         raise _cannot_come(composition.gapless)
-    if kind not in scene.kinds:
-        raise _cannot_come(no_kind(kind, scene.kinds))
     if immovable and composition.rules is None:
         raise _cannot_come(
             "its mass is infinite, and this run is not made for bodies that nothing can move; give the scene "
@@ -471,9 +465,7 @@ def read_kind(engine: Engine, body: object, kind: object) -> Rows:
     """Returns the command that gives a body another kind now; IndexError for a body that is not present, and
     ValueError for no kind of the scene."""
     rows, kinds = engine.command_rows(OF_KIND, body=read_body(engine, body)), engine.scene.kinds
-    if not is_kind(kind) or as_kind(kind) not in kinds:
-        raise ValueError(no_kind(kind, kinds))
-    rows["kind"] = kinds.index(as_kind(kind))
+    rows["kind"] = kinds.index(find_kind(kind, kinds, "set_kind"))
     return rows
 
 
@@ -518,8 +510,7 @@ class StopAt:
     Attributes:
         bodies: numbers of bodies, at every contact of theirs, with others or walls.
         pairs: two numbers each, or a number and "wall".
-        kinds: one kind of bodies or several, also of bodies that the scene inserts later. Beside bodies or
-            pairs, a body that the scene gives such a kind counts before as well.
+        kinds: one kind of bodies or several, by the kinds that bodies have at the contact.
         before: stop before the contact, which is still to come unless a command changes that. No run stops
             before a passing that begins at the start, or begins or ends together with a command.
     """
@@ -530,9 +521,12 @@ class StopAt:
     before: bool = False
 
 
-def is_meant(stop: WatchedContacts | None, there: Iterable[Kind]) -> bool:
-    """Whether a contact is one to stop at, by the kinds that its bodies have then."""
-    return stop is None or not stop.kinds or any(kind in stop.kinds for kind in there)
+def meetings(kinds: int, one: int, other: int | None = None) -> npt.NDArray[np.bool_]:
+    """Returns (kinds, kinds + 1), which contacts are of the kind in this place, or of these two; the last
+    column, and place ``kinds``, are the walls."""
+    found = np.zeros((kinds + 1, kinds + 1), dtype=np.bool_)
+    found[one, slice(None) if other is None else other] = True
+    return (found | found.T)[:kinds]
 
 
 def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None:
@@ -551,16 +545,15 @@ def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None
     pairs = [_pair(engine, pair) for pair in _several(stop.pairs, "stop_at", "pairs", "two numbers each")]
     for body in bodies:
         flags[read_body(engine, body, or_coming=True)] = ANY
+    many = len(scene.kinds)
+    by_kinds = np.full((many, many + 1), not (bodies or kinds or pairs))
     for kind in kinds:
-        flags[_of_kind(engine, scene, kind)] = ANY
-    if not (bodies or kinds or pairs):
-        flags[:] = ANY
+        by_kinds |= meetings(many, scene.kinds.index(kind))
     table = record_table(OFFER, len(pairs))
     for row, (a, b) in zip(table, pairs, strict=True):
         row.a, row.b = a, b
         flags[[each for each in (a, b) if each != NOBODY]] |= SOME
-    looked_at = scene.changing and not (bodies or pairs)
-    return WatchedContacts(flags, table, stop.before, tuple(kinds) if looked_at else ())
+    return WatchedContacts(flags, table, stop.before, by_kinds)
 
 
 def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
@@ -578,16 +571,3 @@ def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
         )
     one = read_body(engine, two[0], or_coming=True)
     return one, NOBODY if two[1] == WALL else read_body(engine, two[1], or_coming=True)
-
-
-def _of_kind(engine: Engine, scene: Scene, kind: Kind) -> list[int]:
-    """Returns the numbers of the bodies that are of a kind, were before they went, or are or get it by a
-    command of the scene."""
-    of_it, k = scene.kinds.index(kind), engine.k
-    gone = (body for body in np.flatnonzero(scene.kind_numbers == of_it).tolist() if k.slots[body] < 0)
-    coming = {body for body, its in kinds_inserted(scene).items() if its == of_it}
-    coming |= {each.body for each in scene.commands if isinstance(each, SetKind) and each.kind == kind}
-    there = k.queue.number >= 0
-    if len(k.rules):
-        there &= k.traits.kind == of_it
-    return sorted({*gone, *coming, *k.queue.number[there].tolist()})

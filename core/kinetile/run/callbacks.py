@@ -11,11 +11,14 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from kinetile.kernel.tables import OFFER, record_table
 from kinetile.run.advance import Event
-from kinetile.run.arguments import StopAt, read_kinds
+from kinetile.run.arguments import meetings
+from kinetile.run.engine.engine import WatchedContacts
 from kinetile.scene.checks import WALL, shown
-from kinetile.scene.responses import Kind
+from kinetile.scene.responses import Kind, find_kind
 
 AtContact: TypeAlias = Callable[[Event], object]
 OnContact: TypeAlias = AtContact | Mapping[Any, AtContact]
@@ -24,19 +27,23 @@ OnContact: TypeAlias = AtContact | Mapping[Any, AtContact]
 
 @dataclass(frozen=True)
 class Calls:
-    """The functions, each with what it is called for: None for every contact, else kinds, sorted."""
+    """The functions, each with the contacts for which it is called (``WatchedContacts.kinds``)."""
 
-    functions: tuple[tuple[tuple[str, ...] | None, AtContact], ...]
-    stop: StopAt
+    functions: tuple[tuple[npt.NDArray[np.bool_], AtContact], ...]
+    kinds: Sequence[Kind]
+
+    def watched(self, numbers: int) -> WatchedContacts:
+        """Returns the contacts of all functions; ``numbers`` of bodies have been given."""
+        many = len(self.kinds)
+        of_any = np.any([np.zeros((many, many + 1)), *(those for those, _ in self.functions)], axis=0)
+        return WatchedContacts(np.zeros(numbers, dtype=np.uint8), record_table(OFFER, 0), False, of_any)
 
     def __call__(self, event: Event) -> bool:
         """Calls what there is for a contact; returns whether one of them says that the run is to stop."""
-        there = [repr(kind) for kind in event.kinds or (0,) * len(event.bodies)]
-        there += [WALL] if event.wall is not None else []
+        there = [*map(self.kinds.index, event.kinds or (0,) * len(event.bodies)), len(self.kinds)]
         stops = False
-        for kinds, function in self.functions:
-            met = kinds is None or (kinds[0] in there if len(kinds) == 1 else kinds == tuple(sorted(there)))
-            said = function(event) if met else False
+        for those, function in self.functions:
+            said = function(event) if those[there[0], there[1]] else False
             stops = (isinstance(said, bool | np.bool_) and bool(said)) or stops
         return stops
 
@@ -46,20 +53,19 @@ def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:
     if given is None:
         return None
     if callable(given):
-        return Calls(((None, given),), StopAt())
+        return Calls(((np.ones((len(known), len(known) + 1), dtype=np.bool_), given),), known)
     if not isinstance(given, Mapping):
         raise TypeError(
             "on_contact is a function of an Event, or a mapping from kinds to functions, such as "
             f"{{('ball', 'wall'): f}}; found {shown(given)}"
         )
-    functions, kinds = list[tuple[tuple[str, ...] | None, AtContact]](), list[Kind]()
+    functions, all_kinds = list[tuple[npt.NDArray[np.bool_], AtContact]](), (*known, WALL)
     for key, function in given.items():
         two = key if isinstance(key, tuple) else (key,)
-        of_bodies = read_kinds([kind for kind in two if kind != WALL], known, "on_contact")
-        if not of_bodies or len(two) > 2:
+        places = [all_kinds.index(find_kind(kind, all_kinds, "on_contact")) for kind in two]
+        if not 0 < len(places) <= 2 or min(places) == len(known):
             raise ValueError(f"on_contact: expected a kind, two, or a kind and {WALL!r}; found {shown(key)}")
         if not callable(function):
             raise TypeError(f"on_contact: for {shown(key)} it has {shown(function)}, which is no function")
-        functions.append((tuple(sorted(kind if kind == WALL else repr(kind) for kind in two)), function))
-        kinds.append(of_bodies[0])
-    return Calls(tuple(functions), StopAt(kinds=kinds))
+        functions.append((meetings(len(known), *places), function))
+    return Calls(tuple(functions), known)

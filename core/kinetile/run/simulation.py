@@ -285,7 +285,7 @@ class Simulation(Moment):
             PhaseError: a phase broke the protocol.
             AuditError: an audit found a violation.
             BusyError: this simulation is running already.
-            ValueError: ``until`` is not finite, or in the past; ``stop_at`` names an unknown kind.
+            ValueError: ``until`` is not finite, or in the past; an unknown kind is named.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
             TypeError: ``stop_at`` is no ``StopAt``, ``recorder`` or ``on_contact`` no function; or both
                 ``stop_at`` and ``on_contact`` are given.
@@ -298,8 +298,9 @@ class Simulation(Moment):
             calls = read_calls(on_contact, self.scene.kinds)
             if calls is not None and stop_at is not None:
                 raise TypeError("a run has stop_at or on_contact: a function of on_contact stops it by True")
-            stops = stop_at if calls is None else calls.stop
-            stop = arguments.read_stop(engine, self.scene, stops)
+            stop = arguments.read_stop(engine, self.scene, stop_at)
+            if calls is not None:
+                stop = calls.watched(len(engine.k.slots))
             if progress is not None and not callable(progress):
                 raise TypeError(f"progress is called during the run; found {shown(progress)}")
             if recorder is not None and not callable(recorder):
@@ -324,16 +325,11 @@ class Simulation(Moment):
                     event = self._with_kinds(
                         advance(engine, to, self._audit, None if progress is None else report)
                     )
-                    if event is None or (calls is None and arguments.is_meant(stop, event.kinds)):
+                    if event is None or calls is None:
                         return event
-                    if calls is None:
-                        continue
-                    given = engine.history
                     with Interruptible():
                         if calls(event):
                             return event
-                    if engine.history is not given:  # new bodies are of the kinds as well
-                        engine.watch(arguments.read_stop(engine, self.scene, stops))
 
             self._running = end
             if observers:

@@ -274,6 +274,17 @@ def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     assert again.fingerprint == sim.fingerprint
 
 
+def test_a_run_stops_for_a_body_that_comes_by_hand_into_an_empty_scene():
+    sim = kt.Simulation(kt.Scene([], [], [], arena=(4.0, 4.0)), "naive", live=True)
+
+    def bring(_):
+        if not len(sim.bodies):
+            sim.insert((2.0, 3.0), (0.0, 1.0), 0.25)
+
+    event = sim.run(until=600.0, stop_at=kt.StopAt(), progress=bring)
+    assert (event.bodies, event.wall) == ((0,), "top")
+
+
 def test_a_body_that_comes_during_the_run_is_of_its_kind():
     sim = kt.Simulation(world(commands=[LATE]))
     event = sim.run(until=6.0, stop_at=kt.StopAt(kinds=["late"]))

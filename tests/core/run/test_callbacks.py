@@ -1,5 +1,6 @@
 """``run(on_contact=f)``: f is called with each contact, at its time, and what it orders happens there."""
 
+import math
 import random
 from contextlib import suppress
 
@@ -7,6 +8,7 @@ import pytest
 
 import kinetile as kt
 from capabilities import moments_of
+from kinetile.run import simulation
 from kinetile_accuracy import certify_log
 from lanes import BUILT_IN, first
 
@@ -58,6 +60,49 @@ def test_kinds_choose_what_is_called():
     assert len(told["two"]) == sum(kinds == {"ball", "peg"} for kinds, _ in met) > 0
     assert len(told["wall"]) == sum(kinds == {"bullet"} for kinds, _ in met) > 0
     assert all(each.kinds == ("bullet",) and each.wall for each in told["wall"])
+
+
+ONE_KIND = kt.Scene([(1, 1), (3, 1)], [(1, 0.5), (0, 0)], 0.25, arena=(4, 4))
+KEYS = ["ball", ("peg", "ball"), ("wall", "bullet"), ("bullet", "ball"), ("peg", "peg")]
+
+
+@pytest.mark.parametrize(
+    ("made", "keys"),
+    [
+        (scene(), KEYS),
+        (ONE_KIND, [0, (0, 0), (0, "wall")]),
+        (ONE_KIND.replace(mass=[1, math.inf]), [(0, 0), (0, "wall")]),
+    ],
+    ids=["several kinds", "one", "one, with rules"],
+)
+def test_the_loop_stops_for_no_other_contact(monkeypatch, made, keys):
+    """It stopped at all of the first kind: of 400 discs with one target at 3,564, for 11 calls."""
+    stops, every = [], []
+    advance = simulation.advance
+    monkeypatch.setattr(simulation, "advance", lambda *given: stops.append(advance(*given)) or stops[-1])
+    kt.Simulation(made, "cells").run(until=3.0, on_contact=every.append)
+    for key in keys:
+        called = []
+        stops.clear()
+        kt.Simulation(made, "cells").run(until=3.0, on_contact={key: called.append})
+        wanted = {*key} if isinstance(key, tuple) else {key}
+        there = [[*(each.kinds or (0,) * len(each.bodies)), *["wall"] * bool(each.wall)] for each in every]
+        met = [wanted == {*kinds} if isinstance(key, tuple) else key in kinds for kinds in there]
+        assert called == [event for event, is_meant in zip(every, met, strict=True) if is_meant]
+        assert len(stops) == len(called) + 1
+    stops.clear()
+    kt.Simulation(made, "cells").run(until=3.0, on_contact={})
+    assert stops == [None]
+
+
+def test_a_removal_after_a_step_is_no_contact():
+    both = {"kind": ["ball", "bullet"], "responses": RULES, "commands": [kt.Remove(0, 0.25)]}
+    sim = kt.Simulation(kt.Scene([(1.0, 1.0), (1.25, 1.0)], [(0.0, 0.0)] * 2, 0.25, arena=(4.0, 4.0), **both))
+    assert [sim.step().kind for _ in range(2)] == ["pass", "part"]
+    called = []
+    sim.run(until=1.0, on_contact=called.append)
+    assert called == []
+    assert sim.bodies.tolist() == [1]
 
 
 def orders(sim, seed):

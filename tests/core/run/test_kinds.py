@@ -1,5 +1,6 @@
 """Kinds while a run goes on: whose they are, in events and event files, and as a filter of questions."""
 
+import enum
 import pickle
 
 import numpy as np
@@ -144,3 +145,76 @@ def test_a_file_that_goes_on_after_a_kill_has_the_kinds_of_before(sim, tmp_path)
         again.insert((2.0, 8.0), (0.0, 4.0), 0.25, kind="sensor")
         again.run(until=2.0, recorder=recorder)
     assert kt.read_events(path).metadata["kinds"][-2:] == [[4, 4, 7], [5, 5, "sensor"]]
+
+
+class Text(enum.StrEnum):
+    BALL = "ball"
+
+
+class Mixed(str, enum.Enum):  # noqa: UP042 - it is printed in another way than a StrEnum
+    BALL = "ball"
+
+
+class Whole(enum.IntEnum):
+    SEVEN = 7
+
+
+class Unequal(enum.Enum):
+    BALL = "ball"
+
+
+EQUAL = {
+    "ball": [np.str_("ball"), np.array(["ball"])[0], Text.BALL, Mixed.BALL],
+    7: [np.int64(7), np.array([7], np.uint8)[0], Whole.SEVEN],
+}
+UNEQUAL = [Unequal.BALL, True, None, 7.5, b"ball", np.array(["ball", 7], object)]
+
+
+def mixture(**more):
+    places, flies = [(1.0, 1.0), (3.0, 1.0), (1.0, 3.0)], [(1.0, 0.5), (-1.0, 0.25), (0.5, -1.0)]
+    return kt.Scene(places, flies, 0.25, arena=(4.0, 4.0), kind=["ball", 7, 1], **more)
+
+
+def called(sim, *keys):
+    calls = []
+    sim.run(until=4.0, on_contact=dict.fromkeys(keys, calls.append))
+    return calls
+
+
+ENTRANCES = {
+    "on_contact": called,
+    "on_contact, two": lambda sim, kind: called(sim, (1, kind), (kind, "wall")),
+    "stop_at": lambda sim, kind: sim.run(until=4.0, stop_at=kt.StopAt(kinds=[kind])),
+    "set_kind": lambda sim, kind: (sim.set_kind(2, kind), sim.kinds.tolist()),
+    "insert": lambda sim, kind: (sim.insert((3.0, 3.0), radius=0.1, kind=kind), sim.kinds.tolist()),
+    "bodies_in": lambda sim, kind: sim.bodies_in((0.0, 0.0, 4.0, 4.0), kinds=[kind]).tolist(),
+    "next_contact_of": lambda sim, kind: sim.next_contact_of(2, kinds=[kind, "wall"]),
+}
+
+
+@pytest.mark.parametrize("entrance", ENTRANCES)
+def test_what_equals_a_kind_is_that_kind_and_what_does_not_is_refused(entrance):
+    """Those that are printed otherwise were never called for, and some errors were Python's own."""
+
+    def answer(kind):
+        return ENTRANCES[entrance](kt.Simulation(mixture(), "naive", live=True), kind)
+
+    for kind, values in EQUAL.items():
+        expected = answer(kind)
+        assert expected
+        for value in [*values, *([7.0] if kind == 7 else [])]:
+            assert answer(value) == expected, value
+    for value in UNEQUAL:
+        no_key = isinstance(value, np.ndarray) and entrance.startswith("on_contact")
+        if not no_key and not (value is None and entrance == "insert"):
+            with pytest.raises(ValueError, match="is no kind of this scene; there are: 'ball', 7, 1"):
+                answer(value)
+
+
+def test_scenes_read_kinds_as_runs_do():
+    for kind, values in EQUAL.items():
+        scenes = [
+            mixture(responses={(each, "wall"): "stop"}, commands=[kt.SetKind(2, 1.0, each)])
+            for each in [kind, *values]
+        ]
+        assert len(set(scenes)) == 1

@@ -96,6 +96,9 @@ def test_runs_stop_and_call_by_the_kinds_of_the_moment() -> None:
     assert (event.kinds, round(event.time, 6)) == (("ball", "gate"), 1.6)
     sim = kt.Simulation(scene)  # kinds that can be gone through once
     assert sim.run(3.0, stop_at=kt.StopAt(kinds=iter(["ball"]))) == event
+    sim = kt.Simulation(scene)  # beside bodies as well
+    assert sim.run(1.7, stop_at=kt.StopAt(bodies=[2], kinds=["ball"])) == event
+    assert kt.Simulation(scene).run(1.55, stop_at=kt.StopAt(bodies=[2], kinds=["ball"])) is None
     called: list[tuple[str, float]] = []
 
     def changed(event: kt.Event) -> None:

@@ -12,6 +12,7 @@ import math
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import hook, larger, smaller, with_field
 from kinetile.kernel.log import TURNED
+from kinetile.kernel.passings import rule_of
 from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, Records, blame
 
 
@@ -105,6 +106,9 @@ ANY, SOME = 1, 2
 @hook
 def is_watched(k: Kernel, a: int, b: int) -> bool:
     """Whether a contact of the bodies in two slots, or of one and a wall (b below 0), is watched."""
+    kinds = rule_of(k, a, b) if len(k.traits) > 0 else int(b < 0)  # without rules there is one kind
+    if k.watched_kinds[kinds] != 0:
+        return True
     one = k.queue[a].number
     flags = k.watch[one]
     two = NOBODY
@@ -128,6 +132,7 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
     """Write down at what the loop stops: by numbers, the younger first where a passing ends."""
     stops = k.clock[0].stops
     stops.due = 1
+    stops.row = k.clock[0].lists.logged - 1
     stops.tick = tick
     stops.a = k.queue[a].number
     stops.b = k.queue[b].number if b >= 0 else b
@@ -154,10 +159,10 @@ def _ticks_of_a_jam(k: Kernel) -> float:
 
 @hook
 def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Count what has happened at a tick, see whether it is watched, and look for jams."""
+    """Count what has happened at a tick, see whether it is the first that is watched, and look for jams."""
     clock = k.clock[0]
     jam = clock.jam
-    if len(k.watch) > 0 and clock.stops.before == 0 and is_watched(k, a, b):
+    if len(k.watched_kinds) > 0 and clock.stops.before == 0 and clock.stops.due == 0 and is_watched(k, a, b):
         stop_there(k, tick, a, b)
     clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
     clock.met_tick = tick

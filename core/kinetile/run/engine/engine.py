@@ -99,13 +99,13 @@ FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
 class WatchedContacts(NamedTuple):
-    """Contacts to stop at, or ``before`` them: ``flags`` by numbers of bodies, and ``pairs`` of numbers; of
-    these, if there are ``kinds``, those alone of a body that is of one of them then."""
+    """Contacts to stop at, or ``before`` them: those of bodies with ``flags``, by numbers, of ``pairs`` of
+    numbers, and of ``kinds``, (kinds, kinds + 1), of which the walls are the last column."""
 
     flags: npt.NDArray[np.uint8]
     pairs: Any
     before: bool
-    kinds: tuple[Any, ...] = ()
+    kinds: npt.NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,11 +338,11 @@ class Engine(Tables):
 
     def watch(self, stop: WatchedContacts | None) -> None:
         """Sets the contacts at which the loop stops; None: none."""
-        if stop is None:
-            self.k = self.k._replace(watch=np.zeros(0, dtype=np.uint8), watched=record_table(OFFER, 0))
-        else:
-            self.k = self.k._replace(watch=stop.flags, watched=stop.pairs)
-            self.k.clock[0].stops.before = stop.before
+        nothing = np.zeros(0, dtype=np.uint8)
+        flags, pairs, before, kinds = stop or WatchedContacts(nothing, record_table(OFFER, 0), False, nothing)
+        by_kinds = kinds.reshape(-1).astype(np.uint8)
+        self.k = self.k._replace(watch=flags, watched=pairs, watched_kinds=by_kinds)
+        self.k.clock[0].stops.before = before
 
     def audit(self) -> None:
         """Checks all between two events; AuditError for the first violation, or UnawaitedContactError."""
@@ -481,8 +481,8 @@ class Engine(Tables):
         if numbers > len(self.k.slots):
             more, watch = (0, numbers + 64), self.k.watch
             self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
-            if len(watch):
-                self.k = self.k._replace(watch=np.pad(watch, more, constant_values=watch.min()))
+            if len(self.k.watched_kinds):
+                self.k = self.k._replace(watch=np.pad(watch, more))
 
     def _allow(self, commands: Commands) -> None:
         if commands > self.commands:

@@ -243,7 +243,8 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
 
 def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Composition) -> Renewed:
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
-    new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, watch=k.watch, watched=k.watched)
+    watched = {name: getattr(k, name) for name in ("watch", "watched", "watched_kinds")}
+    new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, **watched)
     for field in declared(k.clock.dtype, KEPT):
         column(new.clock, field.name)[0] = column(k.clock, field.name)[0]
     return Renewed(composition, more_passings(new, len(k.passings)))
