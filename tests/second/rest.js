@@ -56,7 +56,7 @@ export function pressureOnWall({ ax, ay }, wall) {
 
 /** The speed with which what presses so much parts at the least, or null if it does not. */
 export function leastSpeed({ t = 0 }, pressed, q) {
-  const least = 0.5 * (t > 0 ? t : 2 ** 36 * q) * pressed;
+  const least = 0.5 * (t > 0 ? t : 2 ** 38 * q) * pressed;
   return least > 0 ? least : null;
 }
 

@@ -267,7 +267,7 @@ class ResponseParts:
     has one settle on what it meets.
 
     ``contact_time``: how long at the least, about, the flight of accelerated bodies lasts after a contact at
-    which they are pressed together (rule 11h), in the scene's time; 0: 2^-16 units of its clock.
+    which they are pressed together (rule 11h), in the scene's time; 0: 2^-14 units of its clock.
 
     ``numbers`` are up to four of the response's own, found in ``rule.first``, ``second``, ``third`` and
     ``fourth``: other numbers need no other machine code.

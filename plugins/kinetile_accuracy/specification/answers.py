@@ -24,7 +24,7 @@ from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
 LONG_AGO = -(1 << 62)
-LASTING = 2.0**36
+LASTING = 2.0**38
 OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
 

@@ -50,8 +50,8 @@ def test_what_stops_at_a_wall_falls_along_it_and_hops_on_the_floor():
     assert sim.contacts[["time", "b"]].tolist() == [
         (0.5, -1),
         (2.5, -3),
-        (2.5 + 2.0**-16, -3),
-        (2.5 + 2.0**-15, -3),
+        (2.5 + 2.0**-14, -3),
+        (2.5 + 2.0**-13, -3),
     ]
 
 

@@ -32,9 +32,9 @@ ROOM = 1e-12
 """By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
 scene (``scene.checks.TOLERANCE``)."""
 
-LASTING = 2.0**36
+LASTING = 2.0**38
 """Ticks that the flight after a contact lasts at the least, where what meets is pressed together by its
-accelerations and the response has no time of its own: 2^-16 units (rule 11h)."""
+accelerations and the response has no time of its own: 2^-14 units (rule 11h)."""
 
 MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
