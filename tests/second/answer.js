@@ -11,7 +11,7 @@ import { inOrder } from "./commands.js";
 import { FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
 import { along, exchange, speedAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
-import { isBetween, isSlow, leastSpeed, offPressed, onSupport, pairSupports, pressure, pressureOnWall, wallSpeed, wallSupport } from "./rest.js";
+import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
 import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
 import { alongFace, difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
@@ -121,7 +121,7 @@ export class Run {
       const plan = this.free(body);
       const slow = this.bent && isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
-        const least = leastSpeed(response, pressureOnWall(until, wall), this.q);
+        const least = leastAtWall(response, until, wall, this.q);
         const off = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
         const [vx, vy] = isHop ? offPressed(off, wall, least) : off;
@@ -228,8 +228,8 @@ export class Run {
     if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
       const half = 0.5 * (1 + returned(response, this.now, C, this.q)) * speed;
       let all = response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, half);
-      const least = leastSpeed(response, pressure(untilA, untilB, normal), this.q);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
+      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.bent && this.scene.responses.some(({ w }) => w > 0));
       isHop = least !== null && speedAlong(one, two, normal) < least;
       if (isHop) all = exchange(one, two, a.m, b.m, this.alike, normal, 0.5 * (speedAlong(one, two, normal) - least));
       const [vxa, vya, vxb, vyb] = all;

@@ -45,18 +45,21 @@ export function isBetween(whole, one, other) {
   return part(across(whole, one.m), other.m) < 0 && part(across(whole, other.m), one.m) < 0;
 }
 
-/** By how much two bodies, with the plans that they had, are accelerated towards each other along a normal, or a body towards a wall (rule 11h). */
-export function pressure(planA, planB, n) {
-  return -part([planB.ax - planA.ax, planB.ay - planA.ay], n);
+/** How long the flight after a contact lasts at the least (rule 11h). */
+const lasting = ({ t = 0 }, q) => (t > 0 ? t : 2 ** 38 * q);
+
+/** The speed with which two bodies part at the least, with the plans that they had and the velocities that they have now, or null; `mayRest`: in a scene with a w. */
+export function leastSpeed(response, planA, planB, one, two, n, q, mayRest) {
+  const [rx, ry] = [planB.ax - planA.ax, planB.ay - planA.ay];
+  if (!mayRest && rx === 0 && ry === 0) return null;
+  const t = lasting(response, q);
+  const size = Math.abs(one.vx) + Math.abs(one.vy) + (Math.abs(two.vx) + Math.abs(two.vy)) + t * (Math.abs(rx) + Math.abs(ry));
+  return Math.max(0.5 * t * -part([rx, ry], n), 2 ** -44 * size);
 }
 
-export function pressureOnWall({ ax, ay }, wall) {
-  return part([ax, ay], OUTWARD[wall]);
-}
-
-/** The speed with which what presses so much parts at the least, or null if it does not. */
-export function leastSpeed({ t = 0 }, pressed, q) {
-  const least = 0.5 * (t > 0 ? t : 2 ** 38 * q) * pressed;
+/** That of a body and a wall. */
+export function leastAtWall(response, { ax, ay }, wall, q) {
+  const least = 0.5 * lasting(response, q) * part([ax, ay], OUTWARD[wall]);
   return least > 0 ? least : null;
 }
 

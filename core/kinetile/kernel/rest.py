@@ -115,11 +115,10 @@ def _pull_of(plan: Records) -> tuple[float, float]:
 
 
 @hook
-def pressure(k: Kernel, a: int, b: int, nx: float, ny: float) -> float:
-    """Returns by how much their present accelerations, until the present contact, close two bodies in along
-    their normal, or a body and a wall; the arguments are those of ``rest``."""
+def pull_between(k: Kernel, a: int, b: int) -> tuple[float, float]:
+    """Returns b's present acceleration until this contact less a's; that of a wall (b below 0) is 0."""
     x, y = _pull_of(k.bodies[a])
     if b >= 0:
         other_x, other_y = _pull_of(k.bodies[b])
-        return float(-((other_x - x) * nx + (other_y - y) * ny))
-    return float(x * nx + y * ny)
+        return other_x - x, other_y - y
+    return -x, -y

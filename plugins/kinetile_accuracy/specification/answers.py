@@ -25,6 +25,7 @@ from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_
 _KNOWN = ("elastic", "pass", "restitution", "stop")
 LONG_AGO = -(1 << 62)
 LASTING = 2.0**38
+ROUNDED = 2.0**-44
 OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
 
@@ -78,7 +79,7 @@ class Answers:
         ruled = scene.responses or scene.kinds != (0,) or math.inf in self.masses
         self._equal = not ruled and len(set(self.masses)) <= 1
         self._touched = [LONG_AGO] * count
-        self._bent = any(largest_pull(scene))
+        self._bent, self._resting = any(largest_pull(scene)), scene.resting
 
     def response(self, a: int, b: int) -> Any:
         """Returns the response of two bodies, or of a body and a wall (b below 0)."""
@@ -120,7 +121,7 @@ class Answers:
             vx = vy = 0.0
         elif response.name == "elastic":
             vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
-        least, out = self._least(response, part(pull, OUT[wall])), vx * nx + vy * ny
+        least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
         if least > 0.0 and -out < least:
             return vx - (out + least) * nx, vy - (out + least) * ny
         self.touch((a,), plan.anchor)
@@ -165,16 +166,18 @@ class Answers:
                 speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor)) * speed
             velocities = exchanged_along(along, velocities, masses, speed)
         (ax, ay), (bx, by) = pulls
-        least, speed = self._least(response, -part((bx - ax, by - ay), along)), speed_along(along, velocities)
-        if least > 0.0 and speed < least:
+        pull, lasting, speed = (bx - ax, by - ay), self._lasting(response), speed_along(along, velocities)
+        (vxa, vya), (vxb, vyb) = velocities
+        size = ((abs(vxa) + abs(vya)) + (abs(vxb) + abs(vyb))) + lasting * (abs(pull[0]) + abs(pull[1]))
+        least = max(0.5 * lasting * -part(pull, along), ROUNDED * size)
+        if (self._resting or any(pull)) and speed < least:
             return exchanged_along(along, velocities, masses, 0.5 * (speed - least))
         self.touch(bodies, one.anchor)
         return velocities
 
-    def _least(self, response: Any, pressure: float) -> float:
-        """Returns the least speed at which two part that are accelerated towards each other by so much."""
-        lasting = float(response.options.get("contact_time") or 0.0) or self._length * LASTING
-        return 0.5 * lasting * pressure
+    def _lasting(self, response: Any) -> float:
+        """Returns how long the flight after a contact lasts at the least (rule 11h)."""
+        return float(response.options.get("contact_time") or 0.0) or self._length * LASTING
 
     def _given_back(self, response: Any, bodies: list[int], now: int) -> float:
         last = max(self._touched[body] for body in bodies)

@@ -25,7 +25,7 @@ from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
 from kinetile.kernel.passings import ELASTIC, FIRST, is_passing, passes, rule_of
-from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pressure, without
+from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
@@ -35,6 +35,9 @@ scene (``scene.checks.TOLERANCE``)."""
 LASTING = 2.0**38
 """Ticks that the flight after a contact lasts at the least, where what meets is pressed together by its
 accelerations and the response has no time of its own: 2^-14 units (rule 11h)."""
+
+ROUNDED = 2.0**-44
+"""Of the velocities of two bodies: closing in by less of it can be a rounding (rule 11h)."""
 
 MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
@@ -181,7 +184,9 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) ->
     again after about ``lasting``, at the least (rule 11h); returns whether that has changed how they part.
 
     Without it what is pressed on something curved, or something that moves, comes back after ever shorter
-    flights, and at last without any: the run would end as if it was jammed.
+    flights, and at last without any: the run would end as if it was jammed. So would it where two close in
+    by a rounding that no exchange can turn round, as a disc between a floor and one that rolls over it: two
+    part by that much at the least.
     """
     one = k.bodies[a]
     if RESTING:
@@ -190,19 +195,23 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) ->
             held += k.bodies[b].holds
         if held > 0:
             return False
-    least = 0.5 * lasting * pressure(k, a, b, nx, ny)
-    if not least > 0.0:
+    x, y = pull_between(k, a, b)
+    if not RESTING and x == 0.0 and y == 0.0:
         return False
+    least = 0.5 * lasting * -(x * nx + y * ny)
     if b < 0:
         out = one.vx * nx + one.vy * ny
-        if -out >= least:
+        if not (least > 0.0 and -out < least):
             return False
         out += least
         one.vx -= out * nx
         one.vy -= out * ny
         return True
-    speed = closing_speed(one, k.bodies[b], nx, ny)
-    if speed >= least:
+    two = k.bodies[b]
+    size = ((abs(one.vx) + abs(one.vy)) + (abs(two.vx) + abs(two.vy))) + lasting * (abs(x) + abs(y))
+    least = larger(least, ROUNDED * size)
+    speed = closing_speed(one, two, nx, ny)
+    if not speed < least:
         return False
     give(k, a, b, nx, ny, 0.5 * (speed - least))
     return True
