@@ -239,8 +239,8 @@ def _advise_unit(engine: Engine) -> None:
     advice = f"unit=2.0**{math.frexp(longer)[1] - 1}"
     if speed * units * unit < spacing:
         raise Refused(
-            f"the bodies are too slow for the scene's unit, {unit:.6g}: their places are rounded every {units} "
-            f"units, in which none flies {spacing:.3g}. Expected a larger unit, such as {advice}"
+            f"the bodies are too slow for the scene's unit, {unit:.6g}: their places are rounded every "
+            f"{units} units, in which none flies {spacing:.3g}. Expected a larger unit, such as {advice}"
         )
     logging.getLogger("kinetile").warning(
         "kinetile: %d spans of 512 units of the clock had %d contacts, and each takes as long as some %d: "

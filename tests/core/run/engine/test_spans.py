@@ -138,7 +138,7 @@ def test_skipping_is_stepping(seed, monkeypatch):
     slowly.run(until)
     assert slowly.fingerprint == quick.fingerprint
     assert slowly.positions().tolist() == quick.positions().tolist()
-    assert slowly.next_event == quick.next_event
+    assert slowly.exact_time == quick.exact_time
 
 
 @pytest.mark.small
