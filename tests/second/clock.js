@@ -5,10 +5,10 @@ import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, subtract
 
 /** The e of a scene, whose unit of time is U = 2^-e. */
 export function unit({ bodies, commands, arena, unit: told = null, gravity = [0, 0] }) {
-  let e = 0;
+  let e = told === null ? 0 : -100;
   if (told !== null) {
     while (e < 900 && powerOfTwo(-e) !== told) e += 1;
-    if (powerOfTwo(-e) !== told) throw new Error(`unit is ${told}, no power of two from 2^-900 to 1.`);
+    if (powerOfTwo(-e) !== told) throw new Error(`unit is ${told}, no power of two from 2^-900 to 2^100.`);
     return e;
   }
   if (bodies.length === 0 && !arena) return 0;

@@ -121,6 +121,11 @@ def test_it_prints_the_list_up_to_a_time(tmp_path: Path) -> None:
     assert last.startswith("fingerprint ")
 
 
+def test_a_unit_may_be_longer_than_1(tmp_path: Path) -> None:
+    ball = kt.Scene([(0.5, 0.5)], [(2.0**-41, 2.0**-42)], 0.25, arena=(1.0, 1.0), unit=2.0**40)
+    assert second_agrees(ball.replace(settings=kt.Settings(until=2.0**50)), tmp_path, 700)
+
+
 def test_the_fingerprint_goes_on_over_blocks(tmp_path: Path) -> None:
     ball = kt.Scene(position=[(0.5, 0.5)], velocity=[(0.5, 0.0)], radius=0.25, arena=(1.0, 1.0))
     assert second_agrees(ball.replace(settings=kt.Settings(until=20_000.0)), tmp_path, 8_200)

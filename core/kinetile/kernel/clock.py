@@ -1,9 +1,9 @@
 """The clock: integer ticks, so that time differences are exact however late it is.
 
 A tick is 2^-52 of the scene's time unit, a power of two: 1, or less where bodies are fast (see
-``time_unit``). The kernel counts in 64 bits from ``base``, a whole number of units since the start that moves
-on by ``SPAN`` now and then: all anchors and failure times are shifted by the same integer, which changes
-nothing. Python's own integers hold the whole count.
+``time_unit``), or what the scene says. The kernel counts in 64 bits from ``base``, a whole number of units
+since the start that moves on by ``SPAN`` now and then: all anchors and failure times are shifted by the same
+integer, which changes nothing. Python's own integers hold the whole count.
 """
 
 from __future__ import annotations
@@ -21,14 +21,19 @@ SPAN = 1 << 61
 """Ticks between shifts of the base, 512 units. Predictions reach 2 spans past an anchor; 64 bits hold 4."""
 
 
-def time_unit(extent: float, speed: float) -> float:
-    """Return the power of two, at most 1, in which a body of this speed crosses about this extent.
+LONGEST_UNIT = 2.0**100
+"""So ``checks.LARGEST`` as a speed, for two spans, squared, is still a double."""
+
+
+def time_unit(extent: float, speed: float, most: float = 1.0) -> float:
+    """Return the power of two, at most ``most``, in which a body of this speed crosses about this extent.
 
     At speed 1 in a unit box that is 1. Where bodies are so fast that they would fly far in a tick of 2^-52, a
-    smaller unit keeps what they fly in a tick below the rounding of their coordinates.
+    smaller unit keeps what they fly in a tick below the rounding of their coordinates. Slow ones may be given
+    commands that make them fast: a larger unit is for a scene to say.
     """
     crossings = speed / extent * (1.0 - 2.0**-20)
-    return math.ldexp(1.0, -min(max(math.frexp(crossings)[1], 0), 900))
+    return min(most, math.ldexp(1.0, -min(max(math.frexp(crossings)[1], -100), 900)))
 
 
 @dataclass

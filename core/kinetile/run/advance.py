@@ -6,13 +6,15 @@ is in this span or a later one, and between two spans the clock's base moves on.
 
 from __future__ import annotations
 
+import logging
+import math
 from collections.abc import Callable
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from kinetile.errors import Refused
-from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.clock import LONGEST_UNIT, SPAN, TICKS, time_unit
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
@@ -22,6 +24,7 @@ from kinetile.kernel.passings import PASS, row_of
 from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL, Kernel
 from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
+from kinetile.run.engine.spans import FEWEST_SPANS
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import WALL as WALL_KIND
@@ -30,9 +33,12 @@ from kinetile.scene.responses import Kind
 IDLE_SPANS = 1 << 12
 """The number of empty spans of the clock after which a run without an end in time gives up."""
 
-PATIENCE = 4
-"""The number of spans without a contact after which, at first, it is tried whether some can be skipped."""
+MANY, CONTACTS_A_SPAN = 128, 64
+"""Spans that have passed, one by one or in a step, when a unit is advised for a scene with fewer contacts
+than would take as long."""
 
+AS_DEAR, AS_DEAR_TURNS = 32, 2048
+"""The number of bodies for which looking ahead costs as much as a span does, and on a torus."""
 
 MOST_ANCHORED = 10**9
 """The number of rows above which a recording is refused that would have them for the clock alone."""
@@ -194,30 +200,56 @@ class _Stillness:
 
     def __init__(self) -> None:
         self.quiet = self.idle = 0
-        self._seen = -1
-        self._patience = self._next_try = PATIENCE
+        self._seen, self._wait = -1, 0
 
     def note_span(self, engine: Engine) -> None:
         happened = engine.events - int(engine.k.counts[0].structural)
         self.quiet = self.quiet + 1 if happened == self._seen else 0
-        self._next_try = self._next_try if self.quiet else self._patience
+        self._wait -= 1
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
         self._seen = happened
 
     def move_on(self, engine: Engine, end: End) -> None:
         """Moves on to the next span of the clock in which something may happen.
 
-        Looking ahead costs as much as some spans do, and may be useless: so after that twice as many quiet
-        spans have to pass before it is tried again.
+        Looking ahead costs as much as some spans do, and may be useless: so that many pass before it is
+        tried again, contacts or not.
         """
-        if self.quiet >= self._next_try:
+        if self.quiet and self._wait < 0:
             most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
             skipped = engine.skip(end.ticks, most)
-            self._patience = 1 if skipped else 2 * self._patience
             self.quiet += skipped
-            self._next_try = self.quiet + self._patience
             self.idle += skipped if self.idle else 0
+            self._wait = len(engine.taken) // (AS_DEAR_TURNS if engine.scene.periodic else AS_DEAR)
+            self._wait += 0 if skipped else FEWEST_SPANS
         engine.move_base(end.ticks)
+        engine.passed += 1
+        if engine.passed == MANY and engine.contacts < MANY * CONTACTS_A_SPAN:
+            _advise_unit(engine)
+
+
+def _advise_unit(engine: Engine) -> None:
+    """Logs the unit in which bodies are not slow, if they are for that of the scene; Refused if they are so
+    slow that what they fly is lost where plans are anchored, and no run would end."""
+    unit, scene, speed = engine.clock.unit, engine.scene, engine.speed
+    far = float(np.abs(scene.position).max(initial=0.0) + scene.radius.max(initial=0.0))
+    size = max(scene.arena or (far or 1.0,))
+    longer = time_unit(size, speed, LONGEST_UNIT)
+    if not speed or longer <= unit:
+        return
+    units, spacing = 2 * (BEAT if scene.periodic else SPAN) // TICKS, 2.0 * math.ulp(size)
+    advice = f"unit=2.0**{math.frexp(longer)[1] - 1}"
+    if speed * units * unit < spacing:
+        raise Refused(
+            f"the bodies are too slow for the scene's unit, {unit:.6g}: their places are rounded every "
+            f"{units} units, in which none flies {spacing:.3g}. Expected a larger unit, such as {advice}"
+        )
+    logging.getLogger("kinetile").warning(
+        "kinetile: %d spans of 512 units of the clock had %d contacts, and each takes as long as some %d: "
+        "the unit, %.6g, is short for bodies that are no faster than %.3g. Give the scene %s, and it runs as "
+        "fast as others; its contacts then differ by rounding",
+        *(engine.passed, engine.contacts, CONTACTS_A_SPAN, unit, speed, advice),
+    )
 
 
 def advance_one(engine: Engine, end: End) -> Event | None:

@@ -79,7 +79,14 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
         items = list(parts.draw(read_only(as_seen(k)), read_only(parts.state)))
     numbers, images = np.asarray(k.queue["number"]).tolist(), np.asarray(k.images)
     taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
-    return tuple(map(_Reader(name, numbers, clock, taken_off).read, items))
+    shapes = map(_Reader(name, numbers, clock, taken_off).read, items)
+    still = {number for number, mass in zip(numbers, k.mass.tolist(), strict=True) if mass == math.inf}
+    # Two immovable bodies never meet: that they are a pair is of no account.
+    return tuple(
+        each
+        for each in shapes
+        if not (isinstance(each, Link) and each.role == "pair" and {each.a, each.b} <= still)
+    )
 
 
 @dataclass

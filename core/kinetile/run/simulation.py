@@ -646,7 +646,8 @@ class Simulation(Moment):
 
     def drawing(self) -> tuple[Item, ...]:
         """Returns the present structure of the broad phase as shapes of ``kinetile.plugin.drawing``; nothing
-        if the phase draws nothing. They move with their bodies, and are valid until the next event.
+        if the phase draws nothing. They move with their bodies, and are valid until the next event. Two
+        immovable bodies never meet, and have no line as a pair.
 
         Bodies have their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
         (epoch, tick), as for ``contacts`` and ``exact_time``. Raises PhaseError if the phase's ``draw`` is

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake
-from kinetile.kernel.clock import TICKS
+from kinetile.kernel.clock import LONGEST_UNIT, TICKS
 from kinetile.scene.checks import (
     LARGEST,
     RANGE,
@@ -186,8 +186,8 @@ VALUES: Mapping[str, Value] = {
         lambda them: isinstance(them, Mapping) and all(isinstance(each, Mapping) for each in them.values()),
     ),
     "unit": Value(
-        "a power of two from 2**-900 to 1, or none",
-        fit=lambda unit: is_finite(unit) and 2.0**-900 <= unit <= 1.0 and math.frexp(unit)[0] == 0.5,
+        "a power of two from 2**-900 to 2**100, or none",
+        fit=lambda unit: is_finite(unit) and 2.0**-900 <= unit <= LONGEST_UNIT and math.frexp(unit)[0] == 0.5,
     ),
     "periodic": Value(
         '"x", "y" or "xy", or nothing',

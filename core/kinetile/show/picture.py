@@ -114,13 +114,6 @@ class Picture:
         return ", ".join(words)
 
 
-def seen_structure(sim: Simulation) -> list[Item]:
-    """Returns the drawing of a simulation, without lines between pairs of two immovable bodies."""
-    still = {*sim.bodies[sim.masses() == math.inf].tolist()}
-    drawing = sim.drawing()
-    return [i for i in drawing if not (isinstance(i, Link) and i.role == "pair" and {i.a, i.b} <= still)]
-
-
 def wants_pairs(pairs: bool | None, items: Iterable[Item]) -> bool:
     """Returns whether lines between two bodies are drawn; None: of up to ``MOST_PAIRS``."""
     return sum(isinstance(item, Link) for item in items) <= MOST_PAIRS if pairs is None else pairs
@@ -155,7 +148,7 @@ def take_picture(
         raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
     positions = sim.positions()
     discs = _discs(sim.bodies, positions, sim.velocities(), sim.radii(), sim.shapes())
-    drawn = seen_structure(sim) if structure else []
+    drawn = list(sim.drawing()) if structure else []
     asked = [each for each in drawn if not isinstance(each, Entry) and (roles is None or each.role in roles)]
     paired = wants_pairs(True if pairs is None and "pair" in (roles or ()) else pairs, asked)
     wanted = [item for item in asked if paired or not isinstance(item, Link)]

@@ -65,7 +65,7 @@ def unit_bits(scene: Scene) -> int:
 
 def tick_of(time: float, start: float, bits: int) -> int:
     """Returns the tick of a time (rule 3), where the unit is 2^-bits."""
-    return math.floor((Fraction(time) - Fraction(start)) * (1 << (UNIT_BITS + bits)))
+    return math.floor((Fraction(time) - Fraction(start)) * Fraction(2) ** (UNIT_BITS + bits))
 
 
 def pull_of(insertion: Insert, gravity: Vector) -> Vector:

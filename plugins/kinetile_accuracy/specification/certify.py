@@ -284,8 +284,8 @@ def explain_difference(
     latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
     until = None
     if latest is not None:  # hardly after this tick, and not before it
-        ticks = Fraction(latest[0] * UNIT_TICKS + latest[1], 1 << (UNIT_BITS + unit_bits(scene)))
-        until = math.nextafter(float(Fraction(scene.start) + ticks), math.inf)
+        ticks, tick = latest[0] * UNIT_TICKS + latest[1], Fraction(2) ** -(UNIT_BITS + unit_bits(scene))
+        until = math.nextafter(float(Fraction(scene.start) + ticks * tick), math.inf)
 
     def verdict(contacts: NDArray[Any]) -> str:
         """Returns whether contacts are right; up to ``until``, where the list has ended before."""

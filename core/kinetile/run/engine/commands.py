@@ -188,16 +188,12 @@ class Agenda:
     def __init__(self, later: Planned) -> None:
         self.later = later
 
-    def anchor_again(self, ticks: int, bodies: npt.NDArray[Any]) -> None:
-        """Adds re-anchorings of bodies, at the first of the ticks of a span that is loaded now."""
-        rows = np.zeros(len(bodies), COMMAND)
-        rows["body"], rows["code"] = bodies, REANCHORED
-        self.later = Planned((*[ticks] * len(bodies), *self.later.ticks), np.append(rows, self.later.rows))
-
     def load(self, k: Kernel, clock: Clock) -> Kernel:
         """Returns the tables with the commands before the next shift of the clock's base."""
         ticks, rows = self.later
         due = bisect_left(ticks, clock.base * TICKS + SPAN)
+        if not due and len(k.commands):
+            return k
         self.later = Planned(ticks[due:], rows[due:])
         coming = rows[:due].copy()
         coming["tick"] = [clock.relative(each) for each in ticks[:due]]
@@ -259,6 +255,13 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
     table.view(COMMAND, np.ndarray)[front:] = rows
     k.clock[0].lists.command, k.clock[0].lists.commands = front, len(table)
     return k._replace(commands=table)
+
+
+def anchor_again(tables: Tables, bodies: npt.NDArray[Any]) -> None:
+    """Adds re-anchorings of bodies, at the first tick of a span whose commands are loaded."""
+    rows = np.zeros(len(bodies), ROWS)
+    rows["body"], rows["code"] = bodies, REANCHORED
+    to_the_front(tables, rows)
 
 
 def to_the_front(tables: Tables, rows: Rows) -> None:

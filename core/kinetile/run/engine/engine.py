@@ -72,6 +72,7 @@ from kinetile.run.engine.commands import (
     Command,
     Planned,
     Rows,
+    anchor_again,
     squares_of,
     to_the_front,
 )
@@ -161,6 +162,7 @@ class Engine(Tables):
         audits: number of audits without a violation.
         busy: a chunk is under way, including the transfer of its log.
         broken: the error after which this engine cannot continue, or None.
+        passed: how often the clock's base has moved, by a span or many.
         overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
     """
 
@@ -190,6 +192,7 @@ class Engine(Tables):
         self.cpu_seconds = state.cpu_seconds
         self.compile_seconds = state.compile_seconds
         self.audits = state.audits
+        self.passed = 0
         self.busy = False
         self.broken: Exception | None = None
         self.walled = scene.arena is not None and composition.wall is not None
@@ -659,15 +662,17 @@ class Engine(Tables):
         if leaves and self._reach_of_flight(self.speed, 2) > self.bounds.extent:
             self.lay_out(self.speed)
         k = self.k
-        spans.count_from_next(k, self.composition.broad.ticks)
+        if self._ticks is None:
+            self._ticks = spans.all_ticks(k, self.composition.broad.ticks)
+        spans.count_from_next(k, self._ticks)
         self.clock.base += SPAN // TICKS
         if len(k.bodies):
             k.clock[0].epoch = self.clock.base
+        self.k = self.agenda.load(k, self.clock)
         old = k.queue.number[k.bodies.anchor < -SPAN]
         if len(old):
             self._allow(Commands.TURNS)
-            self.agenda.anchor_again(self.clock.base * TICKS, np.sort(old))
-        self.k = self.agenda.load(self.k, self.clock)
+            anchor_again(self, np.sort(old))
 
     @property
     def rests(self) -> bool:
@@ -694,16 +699,19 @@ class Engine(Tables):
                 most = min(most, self.clock.relative(ticks) // SPAN - 1)
         width, height = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
         walls = 0.0 if "x" in scene.periodic else width, 0.0 if "y" in scene.periodic else height
-        fewest = spans.FEWEST_TURNS if scene.periodic else spans.FEWEST_SPANS
         most = min(most, spans.MOST_SPANS, (MOST_UNITS - self.clock.base) // (SPAN // TICKS))
-        quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most) if most >= fewest else 0
-        if quiet < fewest:
+        quiet = 0
+        if most >= spans.FEWEST_SPANS:
+            quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most)
+        if quiet < spans.FEWEST_SPANS:
             return 0
         try:
-            with self.unchanged_if(Refused):
+            # Without an arena the skin grows, and may be refused.
+            with Unbroken() if self.bounded else self.unchanged_if(Refused):
                 self.clock.base += quiet * (SPAN // TICKS)
                 parts = {"PERIODIC": bool(scene.periodic)}
-                compose(spans.pass_spans, parts, "pass_spans", Kernel)(self.k, quiet)
+                passing = compose(spans.pass_spans, parts, "pass_spans", Kernel)
+                bound(passing, self.packed[0], given=(quiet,))(quiet)
                 for past in spans.ticks_of(self.k, Quantity.PAST):
                     past[...] = LONG_AGO
                 self.lay_out(self.speed)

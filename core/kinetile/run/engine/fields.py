@@ -47,6 +47,7 @@ class Tables:
     _packed: Any = None
     _enter: Any = None
     _search: Any = None
+    _ticks: list[npt.NDArray[np.int64]] | None = None  # their columns of ticks, and those of the phase
     _command_bytes: memoryview | None = None
 
     @property
@@ -58,7 +59,7 @@ class Tables:
     def k(self, tables: Kernel) -> None:
         if hasattr(self, "_k") and tables is self._k:
             return
-        self._packed = self._enter = self._search = self._command_bytes = None
+        self._packed = self._enter = self._search = self._command_bytes = self._ticks = None
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
             self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables

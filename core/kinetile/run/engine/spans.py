@@ -27,9 +27,8 @@ from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Q
 
 PERIODIC = False
 
-FEWEST_SPANS, FEWEST_TURNS = 64, 4
-"""The fewest spans that are skipped in one step, after which the structure is built again; and on a torus,
-where a span anchors each body 128 times."""
+FEWEST_SPANS = 4
+"""The fewest spans that are skipped in one step, after which the structure is built again."""
 
 MOST_SPANS = 1 << 50
 """How many are, at most: their beats are counted in 64 bits."""
@@ -51,10 +50,15 @@ def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[npt.NDArr
             yield column(table, field.name)
 
 
-def count_from_next(k: Kernel, of_phase: Iterable[Any]) -> None:
-    """Counts all ticks of the tables, and those ``of_phase``, from the start of the next span."""
+def all_ticks(k: Kernel, of_phase: Iterable[Any]) -> list[npt.NDArray[np.int64]]:
+    """Returns the columns of all ticks of the tables, and those ``of_phase``."""
+    return [*ticks_of(k, Quantity.TICK, Quantity.PAST, Quantity.DUE), *of_phase]
+
+
+def count_from_next(k: Kernel, columns: Iterable[npt.NDArray[np.int64]]) -> None:
+    """Counts all ticks, of the tables and of a phase, from the start of the next span."""
     k.bodies.anchor[k.queue.number == NOBODY] = 0
-    for ticks in (*ticks_of(k, Quantity.TICK, Quantity.PAST, Quantity.DUE), *of_phase):
+    for ticks in columns:
         none = (ticks == NEVER) | (ticks == NOT_ASKED)
         ticks[...] = np.where(none, ticks, np.maximum(ticks, LONG_AGO + SPAN) - SPAN)
     k.clock[0].calendar.filed = 0
@@ -82,16 +86,18 @@ def quiet_spans(
     a_span = SPAN // BEAT if any(periods) else 1  # twice what a body is anchored in a span
     if not any(walls) and not any(periods):
         most = min(most, MOST_SPANS_OPEN)
-    far = np.abs(place).max()
+    far = summed = np.abs(place).max()
     for wall, period in zip(walls, periods, strict=True):
+        flown = speed * span * (2.0 / a_span if period else most)
         if not wall:
-            far += period + speed * span * (2.0 / a_span if period else most)
-        far = max(far, wall)
+            far += period + flown
+            summed = max(summed, 0.5 * period) + flown
+        far, summed = max(far, wall), max(summed, wall)
     if any(periods):
         work = min(a_span, 400.0 * sum(speed * span / period for period in periods if period))
         most = int(min(most, MOST_WORK / (len(taken) * work))) if work > 0.0 else most
-    rounding = far * 2.0**-52  # how far a new anchor may be off
-    drift = 2.0 * a_span * rounding  # and two bodies by those of a span
+    rounding = far * 2.0**-52  # how far places and their differences may be off
+    drift = a_span * summed * 2.0**-52  # and two bodies, by the sums that are rounded in a span
     quiet = float(most)
 
     def until(gap: Any, closing: Any) -> Any:

@@ -36,7 +36,7 @@ from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, whole_periods
-from kinetile.show.picture import MOST_PAIRS, ORDER, seen_structure, wants_pairs
+from kinetile.show.picture import MOST_PAIRS, ORDER, wants_pairs
 
 MOST_ROWS = 200_000
 """Rows of a page, some 30 bytes each; a longer run is shown up to there."""
@@ -167,7 +167,7 @@ def _with_steps(
     try:
         if begin > again.time:
             again.run(begin)
-        drawing = seen_structure(again)
+        drawing = again.drawing()
         log.pairs = wants_pairs(pairs, drawing)
         log.see(0, drawing)
         queue.append(_queued(again))
@@ -193,7 +193,7 @@ def _with_steps(
             queue.append(_queued(again))
             leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
             if not (log.full or leaves):  # its removal, which has ended the passing, comes behind it
-                log.see(number, seen_structure(again))
+                log.see(number, again.drawing())
     except KinetileError as error:
         if not recording.notes:  # the free run has said which
             notes += (f"Stepping ended with a fault, {type(error).__name__}: {error}",)

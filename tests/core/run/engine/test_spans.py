@@ -2,12 +2,14 @@
 
 import math
 import random
+import re
 
 import pytest
 
 import kinetile as kt
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.run.engine import engine, spans
+from kinetile_accuracy.specification.certify import certify_log
 from lanes import BUILT_IN, first
 
 
@@ -91,3 +93,89 @@ def test_many_sums_in_a_few_operations_are_those_one_by_one(seed):
             turns = turns_of(place, period)
             place, turned = remainder(place, period, turns), turned + int(turns)
         assert found == (place, turned)
+
+
+def gas(speed: float, bodies: int, size: float = 1.0, seed: int = 0, **more: object) -> kt.Scene:
+    """Discs on a square lattice, in directions of their own, none faster than ``speed``."""
+    rng, side = random.Random(seed), math.isqrt(bodies - 1) + 1
+    angles = [rng.uniform(0.0, math.tau) for _ in range(bodies)]
+    speeds = [speed * rng.uniform(0.25, 1.0) for _ in range(bodies)]
+    return kt.Scene(
+        [
+            [(k % side + rng.uniform(0.4, 0.6)) * size / side, (k // side + 0.5) * size / side]
+            for k in range(bodies)
+        ],
+        [[s * math.cos(angle), s * math.sin(angle)] for s, angle in zip(speeds, angles, strict=True)],
+        0.25 * size / side,
+        arena=(size, size),
+        **more,
+    )
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("speed", "bodies", "more"),
+    first(1, [(1e-6, 25, {}), (1e-12, 2, {}), (1e-9, 2, {"periodic": "xy"})]),
+)
+def test_a_failed_try_to_skip_kept_others_from_being_made(speed, bodies, more, monkeypatch):
+    """Some 40 spans a contact passed one by one, each a step of Python."""
+    moved = steps_of(monkeypatch)
+    sim = kt.Simulation(gas(speed, bodies, **more), "naive")
+    sim.run(1e30, max_contacts=10)
+    assert len(moved) < 100
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("seed", first(1, [1, 0, *range(2, 24)]))
+def test_skipping_is_stepping(seed, monkeypatch):
+    rng = random.Random(seed)
+    speed, periodic = 2.0 ** rng.uniform(-15.0, -9.0), rng.choice(["", "xy", "x"])
+    scene = gas(speed, rng.randint(2, 5), rng.choice([1.0, 0.7]), seed, periodic=periodic)
+    until = 2.0 ** rng.uniform(13.0, 15.0) / (4.0 if periodic else 1.0)
+    quick, slowly = kt.Simulation(scene, "cells"), kt.Simulation(scene, "naive")
+    quick.run(until)
+    monkeypatch.setattr(engine.Engine, "skip", lambda *_: 0)
+    slowly.run(until)
+    assert slowly.fingerprint == quick.fingerprint
+    assert slowly.positions().tolist() == quick.positions().tolist()
+    assert slowly.exact_time == quick.exact_time
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("speed", "periodic"),
+    first(3, [(1e-15, ""), (1.0, "xy"), (1e15, "xy"), (1e-3, "")]),
+)
+def test_a_scene_is_as_fast_as_others_or_a_unit_is_advised_in_which_it_is(
+    speed, periodic, monkeypatch, caplog
+):
+    scene, moved = gas(speed, 2, periodic=periodic), steps_of(monkeypatch)
+    kt.Simulation(scene, "naive").run(1e3 / speed, max_contacts=400 if speed == 1e-3 else 40)
+    told = re.findall(r"unit=2\.0\*\*(\d+)", caplog.text)
+    assert len(told) == (speed < 1.0)
+    if told:
+        scene = scene.replace(unit=2.0 ** int(told[0]))
+        moved.clear()
+        kt.Simulation(scene, "naive").run(1e3 / speed, max_contacts=400 if speed == 1e-3 else 40)
+    assert len(moved) <= 2
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("periodic", ["", "xy"])
+def test_slowness_is_a_matter_of_units(periodic):
+    """In a unit that is as much longer as bodies are slower, contacts are the same to the tick."""
+    fast, slower = gas(1.0, 5, periodic=periodic), 2.0**-70
+    scene = fast.replace(velocity=fast.velocity * slower, unit=fast.time_unit / slower)
+    one, other = kt.Simulation(fast, "naive"), kt.Simulation(scene, "cells")
+    one.run(max_contacts=100)
+    other.run(max_contacts=100)
+    assert one.fingerprint == other.fingerprint
+    assert certify_log(scene, other.contacts).wrong is None
+
+
+@pytest.mark.small
+def test_a_run_whose_bodies_get_nowhere_went_on_without_end():
+    """What they fly in two spans is less than the rounding of the sum."""
+    sim = kt.Simulation(gas(1e-9, 2, 1e10), "naive")
+    with pytest.raises(kt.errors.Refused, match=r"too slow for the scene's unit, 1: .* unit=2\.0\*\*6\d$"):
+        sim.run(1e30, max_contacts=5)

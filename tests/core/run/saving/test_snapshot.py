@@ -13,7 +13,7 @@ import kinetile as kt
 from by_the_rules import answer, rows
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, Quantity, Role, declared
-from kinetile.run.engine.spans import count_from_next
+from kinetile.run.engine.spans import all_ticks, count_from_next
 from kinetile.run.engine.state import contents_of
 from kinetile.run.saving.snapshot import check_state, resumed
 from kinetile.run.simulation import composition_of
@@ -163,7 +163,7 @@ def test_each_declared_field_is_compared_saved_restored_and_counted_from_the_nex
     engine = resumed(snapshot(), sim.scene, composition_of(sim))
     restored, body = contents_of(engine.k), int(contents.clock["fault.a"][0])
     assert engine.k.clock[0].fault.a == (body if body < 0 else engine.k.slots[body]), "a slot is a number"
-    count_from_next(engine.k, ())
+    count_from_next(engine.k, all_ticks(engine.k, ()))
     for kept, again, moved in zip(contents, restored, contents_of(engine.k), strict=True):
         for name, _, quantity, _ in declared(kept.dtype, Role.CARRIED, Role.COST):
             values, by = kept[name].tolist(), SPAN if quantity in TICKS else 0
