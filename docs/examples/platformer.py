@@ -24,7 +24,7 @@ THROUGH = ("player", "coin"), ("jumper", "coin"), ("jumper", "ledge")
 
 def level() -> kt.Scene:
     """Returns the player, the coins and the platforms."""
-    land = kt.Response("restitution", e=0.1, contact_time=1e-6, settle=0.5)
+    land = kt.Response("restitution", e=0.0, contact_time=1e-3, settle=0.5)
     scene = kt.Scene(
         [(0.5, FLOOR + 0.2), *COINS],
         [(0.0, 0.0)] * 4,

@@ -75,13 +75,14 @@ class Restitution:
     """A share of the closing speed comes back.
 
     Args:
-        e: the coefficient of restitution, above 0 and at most 1.
-        contact_time: a contact within so much time of the last one of either body loses nothing, in the
-            scene's time, below 1,024 units of its clock; it may be left out only where e is 1.
-
+        e: the coefficient of restitution, from 0 to 1.
+        contact_time: a contact within so much time of the last one of either body loses nothing (that of an
+            immovable body with a movable one does not count), and what accelerations press together is back
+            after this time at the earliest, about; in the scene's time, below 1,024 units of its clock. It
+            may be left out only where e is 1.
         settle: a body of finite mass that meets a wall, or a face of an immovable one at rest, no faster than
-            this, rests there or slides along it; others pressed together part by this speed at least. For
-            scenes with accelerations and an arena; it may be left out: nothing comes to rest.
+            this, rests there or slides along it. For scenes with accelerations and an arena; it may be left
+            out: nothing comes to rest.
 
     Raises BadOption for an invalid e, and for e < 1 without a contact_time above 0.
     """
@@ -96,7 +97,8 @@ class Restitution:
         if e < 1.0 and not contact_time:
             raise BadOption(
                 f"restitution: e is {e!r} and there is no contact_time; without one infinitely many contacts "
-                "can come in a finite time: give one, 1e-4 of the mean time between contacts, say"
+                "can come in a finite time: give one, such as 1e-4 of the mean time between contacts, or 1e-3 s "
+                "in a game"
             )
         if settle is not None and (not is_finite(settle) or settle <= 0.0):
             raise BadOption(f"restitution: settle is {settle!r}; expected a speed above 0")

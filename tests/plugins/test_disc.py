@@ -11,8 +11,8 @@ import kinetile as kt
 from kinetile.kernel.compiled import INTERPRETED
 from kinetile.kernel.tables import NEVER
 from kinetile.run.simulation import composition_of
-from kinetile.toolbox import TOO_DEEP
-from kinetile_plugins.disc import meet, shared
+from kinetile.toolbox import TOO_DEEP, shared
+from kinetile_plugins.disc import meet
 
 lengths = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 sizes = st.floats(1e-6, 1e6)

@@ -28,13 +28,13 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.4, interval: float = 
     Args:
         rows: of pegs, from 1 to 64
         balls: how many fall, 1 or more
-        e: the share of its speed that a peg or a wall gives back, above 0 and at most 1
+        e: the share of its speed that a peg or a wall gives back, from 0 to 1
         interval: the time between two balls
         seed: of the places from which they fall
     """
     demand(1 <= rows <= 64, f"rows is {rows}; a board has from 1 to 64")
     demand_number("balls", balls, 1, "a board has 1 ball or more")
-    demand(0.0 < e <= 1.0, f"e is {e}; it is above 0 and at most 1")
+    demand(0.0 <= e <= 1.0, f"e is {e}; it is from 0 to 1")
     demand_in_range("interval", interval)
     (random,) = draws(seed, 1)
     width = rows + 3.0
