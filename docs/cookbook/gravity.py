@@ -34,7 +34,7 @@ def rows_of(scene: kt.Scene, until: float | None = None) -> Any:
 def galton(balls: int = 1000) -> None:
     """Steps of 1/2 to either side in eight rows: where balls first meet the floor is binomial, if the steps
     are independent. By chi squared, with its mean and its standard deviation; and by the variance, 2. They
-    are nearly so: 10,000 balls have a chi squared of 125 and the variance 2.27 +- 0.03."""
+    are nearly so: 10,000 balls have a chi squared of 49 and the variance 1.88 +- 0.03."""
     scene = kt.make_scene("galton", balls=balls)
     rows = rows_of(scene, 2.0 * balls + 36.0)
     below = rows[rows["b"] == -3]

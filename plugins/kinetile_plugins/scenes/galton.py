@@ -17,11 +17,11 @@ _LASTS = 4.0
 """For how long a ball is there, for each row and once more: of 10,000 at the default e all arrive."""
 
 
-def galton(*, rows: int = 8, balls: int = 40, e: float = 0.4, interval: float = 2.0, seed: int = 1) -> Scene:
+def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float = 2.0, seed: int = 1) -> Scene:
     """Galton's board: balls fall through rows of pegs, and each peg sends them half a place aside.
 
     Pegs are 1 apart, gravity is 1. A ball passes through the others, and is taken away at 4 (rows + 1) after
-    it has come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.4
+    it has come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.42
     nearly independent ones (docs/cookbook/gravity.py); with less balls roll, and remember from which side
     they came.
 
