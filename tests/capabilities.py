@@ -193,7 +193,7 @@ def _periodic(axes: str) -> Capability:
 
 
 RESTITUTION = kt.Response("restitution", e=0.5, contact_time=2.0**-6)
-SETTLING = kt.Response("restitution", e=0.25, contact_time=2.0**-6, settle=2.0)
+SETTLING = kt.Response("restitution", e=0.25, contact_time=2.0**-3, settle=2.0)
 CAPABILITIES = (
     Capability("discs", lambda draft: draft),
     Capability("radii of many sizes", _sizes),

@@ -97,8 +97,7 @@ class Restitution:
         if e < 1.0 and not contact_time:
             raise BadOption(
                 f"restitution: e is {e!r} and there is no contact_time; without one infinitely many contacts "
-                "can come in a finite time: give one, such as 1e-4 of the mean time between contacts (in a game "
-                "1e-3)"
+                "can come in a finite time: give one, such as 1e-4 of the mean time between contacts (games: 1e-3)"
             )
         if settle is not None and (not is_finite(settle) or settle <= 0.0):
             raise BadOption(f"restitution: settle is {settle!r}; expected a speed above 0")
@@ -128,15 +127,25 @@ REMEMBERED = 1024
 @unchecked
 @hook
 def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Brings both to rest; one that meets what nothing can move, to rest beside that."""
+    """Brings both to rest; one that meets what nothing can move, to rest beside that. What was in a contact
+    within ``rule.first`` loses its speed along the normal alone (rule 11h): else a pile would be a jam."""
+    one = k.bodies[a]
+    if since_touched(k, a, b) <= rule.first:
+        if b >= 0:
+            exchange(k, a, b, nx, ny, 0.5)
+        else:
+            out = one.vx * nx + one.vy * ny
+            one.vx -= out * nx
+            one.vy -= out * ny
+        return
     vx = 0.0
     vy = 0.0
     if b >= 0 and (k.mass[a] < math.inf) != (k.mass[b] < math.inf):
         still = b if k.mass[a] < math.inf else a
         vx = k.bodies[still].vx
         vy = k.bodies[still].vy
-    k.bodies[a].vx = vx
-    k.bodies[a].vy = vy
+    one.vx = vx
+    one.vy = vy
     if b >= 0:
         k.bodies[b].vx = vx
         k.bodies[b].vy = vy
@@ -147,7 +156,7 @@ class Stop:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt, beside=FAMILY)
+        return ResponseParts(halt, (scene.time_unit * 2.0**-14 if scene.bent else -1.0,), FAMILY)
 
 
 FAMILY = (give_back, halt)

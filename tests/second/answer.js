@@ -12,7 +12,7 @@ import { FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from ".
 import { along, exchange, speedAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
-import { offWall, pairResponse, returned, stopped, wallResponse } from "./responses.js";
+import { offWall, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
 import { alongFace, difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
 
@@ -122,7 +122,7 @@ export class Run {
       const slow = this.bent && isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
         const least = leastAtWall(response, until, wall, this.q);
-        const off = offWall(plan, wall, response, returned(response, tick, body.last, this.q));
+        const off = offWall(plan, wall, response, this.share(response, body.last));
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
         const [vx, vy] = isHop ? offPressed(off, wall, least) : off;
         this.write(body, { ...plan, vx, vy });
@@ -226,8 +226,8 @@ export class Run {
     const speed = speedAlong(planA, planB, normal);
     const slow = this.bent && isSlow(response, speed);
     if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
-      const half = 0.5 * (1 + returned(response, this.now, C, this.q)) * speed;
-      let all = response.name === "stop" ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, half);
+      const k = this.share(response, C);
+      let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
       const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.bent && this.scene.responses.some(({ w }) => w > 0));
       isHop = least !== null && speedAlong(one, two, normal) < least;
@@ -243,6 +243,11 @@ export class Run {
     this.freeFrom(a, untilA);
     this.freeFrom(b, untilB);
     return this.told("pair", a.number, b.number);
+  }
+
+  /** The k of a response now, C being the tick of the last contact; null where bodies come to rest. */
+  share(response, C) {
+    return response.name === "stop" ? softened(this.now, C, this.q, this.bent) : returned(response, this.now, C, this.q);
   }
 
   /** Ends what holds a body, which gets its whole acceleration, and returns its plan (rule 9h). */

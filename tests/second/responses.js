@@ -59,9 +59,14 @@ export function returned({ name, e, t }, T, C, q) {
   return name !== "restitution" || nearest(whole(T - C)) * q <= t ? 1 : e;
 }
 
+/** The same of a response that stops, or null if that brings bodies to rest; `bent`: with accelerations (rule 11h). */
+export function softened(T, C, q, bent) {
+  return bent && nearest(whole(T - C)) * q <= 2 ** 38 * q ? 0 : null;
+}
+
 /** The velocity [vx, vy] of a body after it has met a wall. */
 export function offWall({ vx, vy }, wall, response, k) {
-  if (response.name === "stop") return [0, 0];
+  if (k === null) return [0, 0];
   const [nx, ny] = OUTWARD[wall];
   if (response.name === "elastic") return [nx === 0 ? vx : -vx, ny === 0 ? vy : -vy];
   const w = (1 + k) * (vx * nx + vy * ny);

@@ -117,8 +117,11 @@ class Answers:
         if response.name == "restitution":
             w = (1.0 + self._given_back(response, [a], plan.anchor)) * (vx * nx + vy * ny)
             vx, vy = vx - w * nx, vy - w * ny
-        elif response.name == "stop":
+        elif self._stops(response, [a], plan.anchor):
             vx = vy = 0.0
+        elif response.name == "stop":
+            w = vx * nx + vy * ny
+            vx, vy = vx - w * nx, vy - w * ny
         elif response.name == "elastic":
             vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
         least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
@@ -156,13 +159,15 @@ class Answers:
         response = self.response(a, b)
         velocities = (one.vx, one.vy), (two.vx, two.vy)
         masses = None if self._equal else (self.masses[a], self.masses[b])
-        if response.name == "stop":
+        if self._stops(response, [a, b], one.anchor):
             still = [math.isinf(self.masses[body]) for body in bodies]
             rest = velocities[still.index(True)] if still[0] != still[1] else (0.0, 0.0)
             velocities = rest, rest
         else:
             speed = speed_along(along, velocities)
-            if response.name == "restitution":
+            if response.name == "stop":
+                speed = 0.5 * speed
+            elif response.name == "restitution":
                 speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor)) * speed
             velocities = exchanged_along(along, velocities, masses, speed)
         (ax, ay), (bx, by) = pulls
@@ -178,6 +183,12 @@ class Answers:
     def _lasting(self, response: Any) -> float:
         """Returns how long the flight after a contact lasts at the least (rule 11h)."""
         return float(response.options.get("contact_time") or 0.0) or self._length * LASTING
+
+    def _stops(self, response: Any, bodies: list[int], now: int) -> bool:
+        """Returns whether bodies come to rest, and not along the normal alone (rule 11h)."""
+        last = max(self._touched[body] for body in bodies)
+        soon = self._bent and float(now - last) * self._length <= self._length * LASTING
+        return response.name == "stop" and not soon
 
     def _given_back(self, response: Any, bodies: list[int], now: int) -> float:
         last = max(self._touched[body] for body in bodies)

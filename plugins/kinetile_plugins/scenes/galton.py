@@ -21,9 +21,9 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float =
     """Galton's board: balls fall through rows of pegs, and each peg sends them half a place aside.
 
     Pegs are 1 apart, gravity is 1. A ball passes through the others, and is taken away at 4 (rows + 1) after
-    it has come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, with e = 0.42
-    nearly independent ones (docs/cookbook/gravity.py); with less balls roll, and remember from which side
-    they came.
+    it has come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, nearly
+    independent ones with e = 0.42 (docs/cookbook/gravity.py); with less balls roll, and remember from which
+    side they came.
 
     Args:
         rows: of pegs, from 1 to 64

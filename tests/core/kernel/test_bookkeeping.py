@@ -69,6 +69,7 @@ def test_a_command_waits_for_room_for_all_rows_of_passings_that_it_begins_or_end
 
 def test_a_pair_is_watched_in_either_order_and_a_body_at_every_contact():
     k = tables()._replace(watch=np.zeros(3, np.uint8), watched=record_table(OFFER, 1))
+    k = k._replace(watched_kinds=np.zeros(2, np.uint8))
     k.watch[:2], k.watched[0].a, k.watched[0].b = SOME, 0, 1
     pairs = [(a, b) for a in range(3) for b in (-1, 0, 1, 2) if a != b]
     assert {pair for pair in pairs if is_watched(k, *pair)} == {(2, 1), (1, 2)}

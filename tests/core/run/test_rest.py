@@ -22,7 +22,7 @@ PHASES = ("naive", "cells", "sap-1d", "sap-2d")
 
 
 def rules(e: float = 0.5, settle: float = 0.125) -> dict[Any, kt.Response]:
-    return dict.fromkeys(ANY, kt.Response("restitution", e=e, contact_time=2.0**-5, settle=settle))
+    return dict.fromkeys(ANY, kt.Response("restitution", e=e, contact_time=2.0**-4, settle=settle))
 
 
 def scene(places: Any, velocities: Any, shape: Any = None, immovable: int = 0, **more: Any) -> kt.Scene:

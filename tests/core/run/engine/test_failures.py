@@ -257,7 +257,7 @@ def test_what_rounding_leaves_two_bodies_to_close_in_with_is_no_fault():
 def test_only_a_response_of_another_plugin_is_checked():
     def respond(rule):
         parts = compose_phases(lax(*RISING, 0.25, responses={("*", "*"): rule}), "cells", None, None)
-        return parts.rules.parts(None, None), parts.rules.hooks
+        return parts.rules.parts(None), parts.rules.hooks
 
     found, hooks = respond("stop")
     assert (found["FOREIGN"], [found["respond_1"], found["respond_2"]]) == (False, [*hooks])
