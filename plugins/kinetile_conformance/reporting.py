@@ -72,7 +72,15 @@ class Report:
     def not_judged(self) -> str:
         """Why the phase is not judged, where no fault was seen; "" where everything was judged."""
         open_ = [result.check for result in self.results if result.status == "not judged"]
-        return f"no fault was seen, and {', '.join(open_)} not ended" if open_ else ""
+        if open_:
+            return f"no fault was seen, and {', '.join(open_)} not ended"
+        kinds = {"response": self.subject.response, "pair": self.subject.pair}
+        for kind in [kind for kind, named in kinds.items() if named]:
+            own = [result for result in self.results if check_named(result.check).judges == kind]
+            if own and all(result.status == "skipped" for result in own):
+                what = "response" if kind == "response" else "narrow phase"
+                return f"all checks of the {what} were skipped: {own[0].reason}"
+        return ""
 
     @property
     def conforms(self) -> bool | None:

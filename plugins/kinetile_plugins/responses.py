@@ -97,7 +97,7 @@ class Restitution:
         if e < 1.0 and not contact_time:
             raise BadOption(
                 f"restitution: e is {e!r} and there is no contact_time; without one infinitely many contacts "
-                "can come in a finite time: give one, such as 1e-4 of the mean time between contacts (games: 1e-3)"
+                "can come in a finite time: give one, 1e-4 of the mean time between contacts, in games 1e-3 s"
             )
         if settle is not None and (not is_finite(settle) or settle <= 0.0):
             raise BadOption(f"restitution: settle is {settle!r}; expected a speed above 0")

@@ -40,6 +40,7 @@ def let_go(k: Kernel, body: int) -> None:
 def take_hold(k: Kernel, body: int) -> bool:
     """Make true what a response decided on a body let go; return whether its acceleration has changed."""
     plan = k.bodies[body]
+    plan.may = NOT
     plan.supports = plan.holds
     if plan.holds < 2:
         plan.second = NOBODY

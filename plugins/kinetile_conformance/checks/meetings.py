@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, product
@@ -19,8 +20,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile import Response, Scene, Simulation, registry, toolbox
+from kinetile.errors import ZenoError
 from kinetile.instruments import (
     FIRST,
+    TICKS,
     WALLS,
     column,
     compose,
@@ -34,7 +37,7 @@ from kinetile.instruments import (
     to_be_filled_in,
 )
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
-from kinetile_conformance.cases import GENERAL, difference, outcome
+from kinetile_conformance.cases import GENERAL, difference, horizon, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, STEPS, watch
 
@@ -334,25 +337,57 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
         for a, b in met.who[closing > most].tolist():
             raise Disagreement(f"{at.when} {a} and {b} go on towards each other after it")
 
-    _at_some_moments(case, partial(_meetings, _response(case).name), look)
+    _at_some_moments(case, partial(_meetings, _response(case)[0]), look)
 
 
 @observation(judges="response", compares=False)
 def a_response_adds_no_energy_that_says_so(case: Case) -> None:
     """A response that declares the feature `dissipative` adds no energy, but for what rounding adds: of two,
     or of one as an immovable body or a wall sees it"""
-    name = _response(case).name
-    if "dissipative" not in registry().spec("response", name).features:
-        raise DoesNotApply("it does not declare the feature 'dissipative'")
+    name, _ = _response(case, "dissipative")
     _at_some_moments(case, partial(_meetings, name), _check_energy)
 
 
-def _response(case: Case) -> Response:
+@observation(judges="response", compares=False)
+def nobody_is_faster_after_a_contact(case: Case) -> None:
+    """In a run under a response that declares the feature `dissipative`, a contact adds no energy, but for a
+    least hop of two that are pressed together, and for what rounding adds"""
+    _, parts = _response(case, "dissipative")
+    sim = case.subject.simulation(case.scene)
+    lasting = max(parts.contact_time, 2.0**-14 * case.scene.time_unit)  # walls may have the default
+    sim.build()
+    before = copied(sim.tables)
+    with suppress(ZenoError):  # a jam ends the run
+        for event in sim.steps(horizon(case.scene)):
+            after = copied(sim.tables)
+            if event.kind in ("disc", "wall"):
+                who = np.array([[*after.slots[list(event.bodies)], LEFT][:2]])
+                _check_hop(Moment(sim, f"at time {sim.time!r}", before), after, who, lasting)
+            if len(sim.contacts) >= case.contacts:
+                return
+            before = after
+
+
+def _check_hop(at: Moment, after: Kernel, who: Integers, lasting: float) -> None:
+    """Raises where those that have met gain more than a least hop; their plans until then are anchored."""
+    k, now = at.tables, after.clock[0]
+    since = (now.now - k.bodies.anchor + (now.epoch - k.clock[0].epoch) * TICKS) * now.tick
+    k.bodies.vx += k.bodies.ax * since
+    k.bodies.vy += k.bodies.ay * since
+    pull = np.column_stack([k.bodies.ax, k.bodies.ay])[who[0]] * (who.T >= 0)
+    met = Met(who, after=_before(after, who)[2])
+    _check_energy(at, lambda *_: met, met, 0.5 * lasting * math.hypot(*(pull[0] - pull[1])))
+
+
+def _response(case: Case, feature: str = "") -> tuple[str, toolbox.ResponseParts]:
+    """Returns the response's name and its parts; raises DoesNotApply if it does not declare a feature."""
     response = cast(Response, case.subject.response)
-    parts = registry().target("response", response.name)(**response.options)
-    if parts.prepare(case.scene).respond is None:
+    parts = registry().target("response", response.name)(**response.options).prepare(case.scene)
+    if parts.respond is None:
         raise DoesNotApply("the kernel itself answers")
-    return response
+    if feature and feature not in registry().spec("response", response.name).features:
+        raise DoesNotApply(f"it does not declare the feature {feature!r}")
+    return response.name, parts
 
 
 def _check_surroundings(hook: str, moved: tuple[str, ...], at: Moment, answer: Answer, met: Met) -> Met:
@@ -403,25 +438,27 @@ def copied(k: Kernel) -> Kernel:
 
 def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
     """Returns the masses of those that meet, which of them the other cannot move, and their velocities, (m,
-    4) each. A wall is an immovable body at rest; two immovable ones have equal masses."""
+    4) each. A wall is an immovable body at rest, also for another; two immovable bodies have equal masses."""
     body, wall = np.maximum(who, 0), who < 0
     mass = np.where(wall, math.inf, k.mass[body]).repeat(2, axis=1)
     heavy = np.isinf(mass)
-    mass, heavy = np.where(heavy, 1.0, mass), heavy & ~heavy.all(axis=1, keepdims=True)
+    mass, heavy = np.where(heavy, 1.0, mass), heavy & (~heavy.all(axis=1, keepdims=True) | wall.repeat(2, 1))
     vx, vy = (np.where(wall, 0.0, speeds[body]) for speeds in (k.bodies.vx, k.bodies.vy))
     return mass, heavy, np.stack([vx, vy], axis=2).reshape(-1, 4)
 
 
-def _check_energy(at: Moment, answer: Answer, met: Met) -> None:
-    """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it."""
+def _check_energy(at: Moment, answer: Answer, met: Met, hop: float = 0.0) -> None:
+    """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it, and than
+    they have who part with the speed ``hop``."""
     mass, heavy, old = _before(at.tables, met.who)
     shared = np.where(heavy, old, 0.0)
     frame = np.tile(shared[:, :2] + shared[:, 2:], 2)
     after = cast(Floats, answer(copied(at.tables), met).after)
     speeds = old - frame, np.where(heavy, old, after) - frame, np.abs(old) + np.abs(frame)
     had, has, most = (np.where(heavy, 0.0, mass * each**2).sum(axis=1) for each in speeds)
-    for row in np.flatnonzero(has > had + ROUNDED * most)[:1].tolist():
-        more = f"{has[row] / had[row] - 1.0:.3g} of energy"
+    least = hop**2 / np.where(heavy, 0.0, 1.0 / mass)[:, ::2].sum(axis=1)
+    for row in np.flatnonzero(has > had + least + ROUNDED * (most + least))[:1].tolist():
+        more = f"{has[row] / had[row] - 1.0 if had[row] else math.inf:.3g} of energy"
         raise Disagreement(f"{at.when} a meeting of {met.who[row].tolist()} adds {more}")
 
 

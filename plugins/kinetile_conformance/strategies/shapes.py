@@ -10,8 +10,8 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from kinetile import Scene, Settings, Shape, box, capsule, disc, polygon, segment
-from kinetile_conformance.strategies.kinds import of_kinds, with_kinds
+from kinetile import Response, Scene, Settings, Shape, box, capsule, disc, polygon, segment
+from kinetile_conformance.strategies.kinds import ABSENT, Rules, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST, body_in_cell, scene_of, scenes, several
 from kinetile_conformance.strategies.strategy import drawn, numbered
 from kinetile_conformance.strategies.swarms import anyhow, slots, square
@@ -160,8 +160,50 @@ def falling_shapes(number: int) -> Scene:
     return shape_swarm(number).replace(gravity=gravity)
 
 
+SUPPORTS = box(1.5, 0.25), box(1.5, 0.25), disc(0.5), disc(0.125)
+MOVABLE = scaled(CAPSULE, 0.25), box(0.5, 0.5), disc(0.25), disc(0.25)
+
+
+def pressed(number: int) -> Scene:
+    """Returns three stacks that touch, or nearly, on supports some of which move: what cannot rest there
+    hops."""
+    random = np.random.default_rng(number)
+    stacks = random.integers(4, size=(3, 3))  # supports, and two layers, of each a shape
+    shapes = [(MOVABLE if layer else SUPPORTS)[at] for layer in range(3) for at in stacks[layer]]
+    high = np.array([each.reaches[2:] for each in shapes]).reshape(3, 3, 2)
+    gaps = random.choice([0.0, 2.0**-6, 0.25], (3, 3))
+    y = 1.0 + (high.sum(axis=2) + gaps).cumsum(axis=0) - high[:, :, 1] - gaps
+    x = 1.5 + 2.5 * np.arange(3) + random.choice([0.0, 0.0, 2.0**-5, -0.125], (3, 3))
+    velocity = random.uniform(-0.25, 0.25, (9, 2)) * random.integers(0, 2, (9, 1))
+    velocity[:3] = random.choice([0.0, 0.0, 0.5, -0.25], (3, 2)) * [1.0, 0.25]
+    shapes[-1] = MOVABLE[0]  # as body 0, and no larger than the others
+    table = list(dict.fromkeys(shapes))
+    return Scene(
+        np.column_stack([x.ravel(), y.ravel()])[::-1],
+        velocity[::-1],
+        mass=[*random.choice([1.0, 3.0], 6), *[math.inf] * 3],
+        shape=[table.index(each) for each in shapes[::-1]],
+        shapes=table,
+        arena=(8.0, 6.0),
+        gravity=(float(random.choice([0.0, 0.125])), -1.0),
+        settings=Settings(until=4.0),
+    )
+
+
+def pressed_with_responses(number: int) -> Scene:
+    """Returns such a scene, every other with a response, all with the loop of those where some may rest."""
+    how = {"e": (0.0, 0.05, 0.5, 0.9)[number // 2 % 4], "contact_time": (2.0**-6, 1e-3)[number // 8 % 2]}
+    how |= {"settle": (0.05, 0.5)[number // 16 % 2]} if number % 3 else {}
+    rules: Rules = {ABSENT: Response("restitution", e=0.5, contact_time=1e-3, settle=0.5)}
+    rules |= Response("restitution", **how).for_all if number & 1 else {}
+    scene = pressed(number)
+    return scene.replace(kinds=("ball", *ABSENT), kind=["ball"] * len(scene), responses=rules)
+
+
 DRAWS = {
     "falling shapes": numbered(falling_shapes),
+    "pressed scenes": numbered(pressed),
+    "pressed scenes with responses": numbered(pressed_with_responses),
     "shapes": drawn(lambda: of_all_shapes().map(with_kinds)),
     "shapes, and squares alone": drawn(lambda: st.one_of(of_all_shapes(), *_scenes_of((SQUARE,)))),
     "swarms of shapes": numbered(shape_swarm),

@@ -1,5 +1,6 @@
 """Responses under the kit: a hook reads the two that meet and gives them new velocities, no more."""
 
+import math
 import re
 
 import pytest
@@ -7,13 +8,18 @@ import pytest
 import kinetile as kt
 from command_line import kinetile
 from kinetile.errors import BadOption, UnknownName
-from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, shared
+from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, give, hook, shared
 from kinetile_conformance import check_broad_phase
+from kinetile_conformance.cases import Subject
+from kinetile_conformance.checks import check_named
+from kinetile_conformance.runner import CheckRun
 from lanes import first
 from registering import fixture
 
 ALONE = "a-response-depends-on-the-meeting-alone"
 ENERGY = "a-response-adds-no-energy-that-says-so"
+HOP, PRESSED = "nobody-is-faster-after-a-contact", "-where-bodies-are-pressed"
+SETTLES = kt.Response("restitution", e=0.05, contact_time=1e-3, settle=0.5)
 
 
 @hook
@@ -48,12 +54,13 @@ BACK = {
     "lets_them_go_on": lambda k, a, b: -1.0,
     "favours_the_first": lambda k, a, b: 1.0,
     "moves": lambda k, a, b: 1.0,
+    "parts_what_falls_by_a_fixed_speed": lambda k, a, b: 1.0,
 }
 """How fast two go apart, by the speed at which they met: what a hook is not to read, it reads here."""
 
 
 class Trial:
-    """A response of one of these kinds; two of them change the first body besides."""
+    """A response of one of these kinds; three of them give other velocities or places besides."""
 
     def __init__(self, how: str = "right") -> None:
         self.how = how
@@ -68,6 +75,10 @@ class Trial:
                 k.bodies[a].vx *= 0.5
             if how == "moves":
                 k.bodies[a].x += 2.0**-30
+            if how == "parts_what_falls_by_a_fixed_speed" and scene.bent and b >= 0:
+                speed = closing_speed(k.bodies[a], k.bodies[b], nx, ny)
+                if speed < 0.5:
+                    give(k, a, b, nx, ny, 0.5 * (speed - 0.5))
 
         return ResponseParts(respond)
 
@@ -91,6 +102,36 @@ def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: 
 def test_a_right_response_is_spared(response):
     report = judged(response)
     assert [result.status for result in report.results] == ["passed", "passed"], str(report)
+
+
+@pytest.mark.interpreted
+def test_what_is_pressed_may_hop_and_settle():
+    report = judged(SETTLES, HOP, ALONE + PRESSED, ENERGY + PRESSED)
+    assert [result.status for result in report.results] == ["passed"] * 3, str(report)
+
+
+@pytest.mark.interpreted
+def test_what_is_pressed_may_not_part_faster_than_it_has_met():
+    report = judged(kt.Response("trial", how="parts_what_falls_by_a_fixed_speed"), HOP)
+    assert report.exit_code == 1
+    assert re.search("a meeting of .* adds .* of energy", report.results[0].said), str(report)
+
+
+@pytest.mark.small
+def test_a_wall_sees_the_energy_of_an_immovable_body():
+    scene = kt.Scene([(1, 1), (3, 3)], [(1, 0.5), (0, -1)], 0.25, mass=[math.inf, 1], arena=(4, 4))
+    subject = Subject("naive", {}, {}, kt.Response("restitution", e=0.75, contact_time=1e-3))
+    run = CheckRun(check_named(ENERGY), subject)
+    assert run.holds(subject.dressed(scene)), run.message
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("response", [SETTLES, kt.Response("elastic")], ids=lambda each: each.name)
+def test_a_response_all_of_whose_checks_are_skipped_is_not_judged(response):
+    """It was said to conform: these scenes have no accelerations, by which something could settle."""
+    report = judged(response)
+    assert (report.exit_code, report.conforms) == (4, None)
+    assert " is not judged: all checks of the response were skipped: " in report.foot
 
 
 FAULTS = {
