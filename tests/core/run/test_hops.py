@@ -1,0 +1,78 @@
+"""Rule 11h: what accelerations press together hops, and nothing that can move is a jam."""
+
+import math
+
+import pytest
+
+import kinetile as kt
+from agreement import agree
+
+INF, PHASES = math.inf, ("naive", "cells", "sap-1d", "sap-2d")
+BALL, PEG = (2.0, 1.5), (2.0, 1.0)
+
+
+def on_a_peg(response, velocity=(0.0, 0.0), aside=0.0, until=0.01, **more):
+    """A ball that touches a fixed or moving disc from above, a little aside."""
+    given = {"mass": [INF, 1.0], "arena": (4.0, 4.0), "gravity": (0.0, -1.0), "responses": response, **more}
+    places = [PEG, (BALL[0] + aside, PEG[1] + math.sqrt(0.25 - aside * aside) + 1e-12)]
+    return kt.Scene(places, [velocity] * 2, 0.25, settings=kt.Settings(until=until), **given)
+
+
+def lossy(e, contact_time=2.0**-8, **more):
+    return kt.Response("restitution", e=e, contact_time=contact_time, **more)
+
+
+@pytest.mark.parametrize("response", ["elastic", "stop", lossy(0.0), lossy(0.9)])
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (0.5, 0.25)])
+def test_what_touched_without_speed_met_endlessly_at_one_tick(response, velocity):
+    sims = agree(on_a_peg(response, velocity), *PHASES, until=0.01)
+    gap = sims[0].positions()[1, 1] - sims[0].positions()[0, 1] - 0.5
+    assert 0.0 <= gap < 2.0**-18
+    assert len(sims[0].contacts) <= 0.01 * 2.0**14 + 2
+
+
+@pytest.mark.slow
+@pytest.mark.own_loop
+@pytest.mark.compiled
+@pytest.mark.parametrize("contact_time", [1e-3, 1e-6])
+def test_a_disc_that_slid_off_a_fixed_one_ended_as_a_jam(contact_time):
+    for e in (0.05, 0.3, 0.6, 0.95):
+        for aside in (0.0005, 0.00556, 0.03):
+            sim = kt.Simulation(on_a_peg(lossy(e, contact_time), aside=aside, until=9.0), "naive")
+            sim.run()
+            assert sim.time == 9.0
+            assert sim.positions()[1, 0] > 2.5  # it has left the peg
+
+
+@pytest.mark.parametrize("settle", [None, 0.5])
+@pytest.mark.parametrize("velocity", [(0.5, 0.0), (0.0, 0.5), (0.0, 0.0)])
+def test_what_rode_on_a_support_that_moves_left_it_with_settle(velocity, settle):
+    box, deck = kt.box(0.5, 0.5), kt.box(2.0, 0.5)
+    land = lossy(0.05, **({} if settle is None else {"settle": settle}))
+    scene = kt.Scene(
+        [(1.5, 1.0), (1.5, 1.5)], [velocity, velocity], shapes=[deck, box], shape=[0, 1], mass=[INF, 1.0],
+        arena=(4.0, 4.0), gravity=(0.0, -1.0), responses=land,
+    )  # fmt: skip
+    sim = agree(scene, *PHASES, until=0.5)[0]
+    apart = sim.velocities()[1] - sim.velocities()[0]
+    assert abs(apart[1]) <= 2.0**-8 * (1 + 1e-9)
+    assert apart[0] == 0.0
+    assert (velocity == (0.0, 0.0) and settle is not None) == (sim.supports()[1] != ())
+
+
+def test_a_pile_of_what_stops_was_a_jam():
+    places = [(2.0, 0.25), (2.0, 0.75), (2.0, 1.25)]
+    scene = kt.Scene(places, [(0.0, 0.0)] * 3, 0.25, arena=(4.0, 4.0), gravity=(0.0, -1.0), responses="stop")
+    sim = agree(scene, "naive", "cells", until=0.0003)[0]
+    assert abs(sim.positions() - places).max() < 1e-6
+
+
+def test_a_hop_is_no_loss_so_what_rests_is_not_elastic_to_others():
+    """A ball meets one that hops on the floor: the share of e comes back, as from one that flies."""
+    scene = kt.Scene(
+        [(1.0, 0.25), (2.5, 0.25)], [(0.0, 0.0), (-1.0, 0.0)], 0.25, arena=(4.0, 4.0), gravity=(0.0, -1.0),
+        responses=lossy(0.5),
+    )  # fmt: skip
+    sim = kt.Simulation(scene, "naive")
+    sim.run(1.25)
+    assert sim.velocities()[:, 0].tolist() == [-0.75, -0.25]
