@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
+
 from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, key_of
 from kinetile.plugin.calling import calling
 from kinetile.plugin.choices import read_value
@@ -53,7 +55,7 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
     Its ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName, BadOption
     for a parameter that the recipe cannot use, SceneError for mistakes, and PhaseError."""
     recipe = registry().target("scene", name)
-    with calling("scene", name, "the recipe"):
+    with np.errstate(all="ignore"), calling("scene", name, "the recipe"):  # the scene checks its numbers
         mistakes = parameter_mistakes(name, parameters)
         if mistakes:
             raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))

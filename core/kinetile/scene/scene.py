@@ -21,7 +21,7 @@ from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import Extent, shown
 from kinetile.scene.commands import Command, Insert, Move, SetKind, Turn
 from kinetile.scene.frame import check_frame
-from kinetile.scene.reader import NO_FILE, FilePlaces, Given, read_scene
+from kinetile.scene.reader import NO_FILE, FilePlaces, Given, fill
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Floats, Obstacle, Shape
@@ -122,7 +122,7 @@ class Scene:
         columns = (position, velocity, radius, mass)
         more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity, acceleration)
         given = Given(*columns, arena, turns, start, settings, origin, *more, names)
-        self.__dict__.update(read_scene(given, NO_FILE))
+        fill(self, given, NO_FILE)
 
     if not TYPE_CHECKING:  # mypy finds attributes that are not there
 
@@ -304,7 +304,7 @@ def arguments_of(scene: Scene) -> Given:
 def scene_of(given: Given, places: FilePlaces = NO_FILE) -> Scene:
     """Returns the scene of these arguments, which may come from a file; raises SceneError."""
     scene = object.__new__(Scene)
-    scene.__dict__.update(read_scene(given, places))
+    fill(scene, given, places)
     return scene
 
 
