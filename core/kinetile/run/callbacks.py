@@ -42,23 +42,18 @@ class Calls:
 
 
 def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:
-    """Returns the functions of ``on_contact``. TypeError for anything else, ValueError for unknown kinds."""
+    """Returns the functions of ``on_contact``. TypeError for what is none, ValueError for unknown kinds."""
     if given is None:
         return None
-    if callable(given):
-        return Calls(((None, given),), StopAt())
     if not isinstance(given, Mapping):
-        raise TypeError(
-            "on_contact is a function of an Event, or a mapping from kinds to functions, such as "
-            f"{{('ball', 'wall'): f}}; found {shown(given)}"
-        )
+        return Calls(((None, given),), StopAt())
     functions, kinds = list[tuple[tuple[str, ...] | None, AtContact]](), list[Kind]()
     for key, function in given.items():
         two = key if isinstance(key, tuple) else (key,)
         of_bodies = read_kinds([kind for kind in two if kind != WALL], known, "on_contact")
         if not of_bodies or len(two) > 2:
             raise ValueError(f"on_contact: expected a kind, two, or a kind and {WALL!r}; found {shown(key)}")
-        if not callable(function):
+        if not callable(function) or isinstance(function, type):
             raise TypeError(f"on_contact: for {shown(key)} it has {shown(function)}, which is no function")
         functions.append((tuple(sorted(kind if kind == WALL else repr(kind) for kind in two)), function))
         kinds.append(of_bodies[0])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, key_of
+from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, answering, key_of
 from kinetile.plugin.calling import calling
 from kinetile.plugin.choices import read_value
 from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
@@ -49,6 +49,7 @@ SHARED = (
 """Parameters of every recipe: the axes along which its arena is periodic, and gravity."""
 
 
+@answering
 def make_scene(name: str, /, **parameters: Any) -> Scene:
     """Returns the scene that a recipe makes from these parameters (its defaults for the rest); with
     ``periodic`` ("x", "y" or "xy") in a periodic arena, and with ``gravity``, (gx, gy), of bodies that fall.

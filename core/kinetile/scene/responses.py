@@ -134,7 +134,7 @@ def kinds_that_follow(
 def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     """Returns the message that a scene has no such kind, with its kinds."""
     known = list(kinds)
-    meant = nearest(str(name), map(str, known))
+    meant = nearest(name, map(str, known)) if isinstance(name, str) else None
     hint = f"; did you mean {meant!r}?" if meant else ""
     there = f"; there are: {', '.join(map(repr, known))}"
     if not {*known} - {0, WALL}:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, Mistake, SceneError, answering, key_of, no_attribute
+from kinetile.errors import BadOption, Mistake, SceneError, answering, constructed, key_of, no_attribute
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
@@ -24,13 +24,14 @@ from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import NO_FILE, FilePlaces, Given, fill
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Floats, Obstacle, Shape
+from kinetile.scene.shapes import Floats, Obstacle, Shape, check_obstacle
 
 Radii: TypeAlias = "npt.ArrayLike | None"
 Accelerations: TypeAlias = "npt.ArrayLike | None"
 ShapeOfEach: TypeAlias = "npt.ArrayLike | Shape | None"
 
 
+@constructed
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Scene:
     """Discs, or bodies of other convex shapes, in the plane, with or without walls around them.
@@ -95,7 +96,6 @@ class Scene:
     uniform: ClassVar[bool]
     resting: ClassVar[bool]
 
-    @answering
     def __init__(
         self,
         position: npt.ArrayLike,
@@ -355,10 +355,14 @@ def around(scene: Scene) -> str:
     return walls + (f", gravity ({scene.gravity[0]:g}, {scene.gravity[1]:g})" if any(scene.gravity) else "")
 
 
+@answering
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:
     """Returns a scene with obstacles after its bodies, in their order: numbers 0 to n - 1 stay, and theirs
     follow, and after them those of bodies that are inserted. Raises SceneError if they do not fit."""
     added, own = list(obstacles), len(scene)
+    mistakes = [wrong for at, each in enumerate(added) for wrong in check_obstacle(each, f"obstacles[{at}]")]
+    if mistakes:
+        raise SceneError(mistakes)
     later = [
         each._replace(body=each.body + len(added)) if each.body >= own else each for each in scene.commands
     ]
