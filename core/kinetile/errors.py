@@ -90,7 +90,10 @@ class UnknownName(KinetileError, LookupError):
         meant = f": it is a {other}." if other else meant
         if kind == "scene" and str(name).endswith(".toml"):
             meant = f": kinetile.load_scene({name!r}), or `kinetile run {name}`, reads a file."
-        lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
+        lines = [
+            f"no {kind} is called {shown(name, 1000)}{meant}",
+            f"available: {', '.join(self.available) or 'none'}",
+        ]
         lines += [f"not loaded: {failure}" for failure in self.failures]
         super().__init__("\n".join(lines))
 
