@@ -18,6 +18,7 @@ from kinetile.plugin.registry import installed
 from kinetile.run.compose import Named, accepting
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
+from kinetile.scene.checks import shown
 
 Choice = str | tuple[str, Mapping[str, Any]]
 
@@ -216,7 +217,7 @@ def compare(
     A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
     BadOption for fewer than two phases, and as ``Simulation`` for names and options.
     """
-    chosen = accepting(scene, narrow_phases) if broad_phases is None else broad_phases
+    chosen = accepting(scene, narrow_phases) if broad_phases is None else list(broad_phases)
     if len(chosen) < 2:
         raise BadOption(f"a comparison needs at least two broad phases; found {len(chosen)}")
     if until is None:
@@ -227,6 +228,8 @@ def compare(
     outcomes: list[PhaseOutcome] = []
     divergences: list[Divergence] = []
     choices = [(choice, {}) if isinstance(choice, str) else choice for choice in chosen]
+    for odd in (each for each in choices if not isinstance(each, tuple | list) or len(each) != 2):
+        raise BadOption(f"broad_phases has {shown(odd)}; expected a name, or a pair (name, options)")
     waiting = [Simulation(scene, name, options=of, narrow_phases=narrow_phases) for name, of in choices]
     waiting.reverse()
     for name, options in choices:

@@ -7,11 +7,14 @@ Part of such a sentence is the known name nearest to an unknown one. Edit distan
 from __future__ import annotations
 
 import inspect
+import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
-from functools import wraps
-from types import ModuleType
-from typing import Any, ClassVar, NamedTuple, ParamSpec, TypeVar
+from functools import cache, wraps
+from types import ModuleType, UnionType
+from typing import Any, ClassVar, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 __all__ = [
     "AuditError",
@@ -40,6 +43,7 @@ __all__ = [
     "nearest",
     "one_of",
     "printable",
+    "shown",
 ]
 
 _Arguments = ParamSpec("_Arguments")
@@ -86,7 +90,10 @@ class UnknownName(KinetileError, LookupError):
         meant = f": it is a {other}." if other else meant
         if kind == "scene" and str(name).endswith(".toml"):
             meant = f": kinetile.load_scene({name!r}), or `kinetile run {name}`, reads a file."
-        lines = [f"no {kind} is called {name!r}{meant}", f"available: {', '.join(self.available) or 'none'}"]
+        lines = [
+            f"no {kind} is called {shown(name, 1000)}{meant}",
+            f"available: {', '.join(self.available) or 'none'}",
+        ]
         lines += [f"not loaded: {failure}" for failure in self.failures]
         super().__init__("\n".join(lines))
 
@@ -256,6 +263,18 @@ def printable(text: str, most: int = 1000) -> str:
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
+def shown(value: object, width: int = 60) -> str:
+    """Returns ``value`` as it is quoted in a message: numbers without their NumPy type, and not too long."""
+    numpy = sys.modules.get("numpy")
+    if numpy is not None and isinstance(value, numpy.generic):
+        value = value.item()
+    try:
+        text = repr(value)
+    except ValueError:
+        text = "a whole number of too many digits to be shown"
+    return text if len(text) <= width else f"{text[: width - 3]}..."
+
+
 def one_of(name: str, known: Iterable[str]) -> str:
     """Returns the text after "expected" for a ``name`` that is not one of the known names."""
     names = list(known)
@@ -368,38 +387,86 @@ def key_of(name: str, known: Iterable[str], value: Any = None) -> str:
     return f"{one_of('', names)}; {head} {text}"
 
 
-def answering(call: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
-    """Decorates a public call: an argument that it does not have is a BadOption that says what to write."""
+def answering(call: Callable[_Arguments, _Result], checked: bool = True) -> Callable[_Arguments, _Result]:
+    """Decorates a public call: an argument that it does not have is a BadOption that says what to write; and
+    one of a wrong class, if ``checked``, where its annotation says the classes (``_classes_of``)."""
+    title = call.__qualname__.partition(".__")[0]
 
     @wraps(call)
     def answered(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
+        for place, name, classes in _classes_of(call) if checked else ():
+            given = args[place] if place < len(args) else kwargs.get(name, _ABSENT)
+            if given is not _ABSENT and not _is_one(given, classes):
+                right = " or ".join(_IN_WORDS.get(each, f"kinetile's {each.__name__}") for each in classes)
+                raise BadOption(f"{title}: {name} is {shown(given)}; expected {right}")
         try:
             return call(*args, **kwargs)
+        except BadOption:
+            raise
         except TypeError:
             wrong = _wrong_argument(call, args, kwargs)
             if not wrong:
                 raise
-        raise BadOption(f"{call.__qualname__.partition('.__')[0]} {wrong}")
+        raise BadOption(f"{title} {wrong}")
 
     return answered
 
 
 def constructed(kind: type[_Class]) -> type[_Class]:
-    """Decorates a public class of values: its constructor is ``answering``."""
+    """Decorates a public class of values: its constructor is ``answering``; what uses them checks them."""
     name = "__new__" if issubclass(kind, tuple) else "__init__"
-    setattr(kind, name, answering(getattr(kind, name)))
+    setattr(kind, name, answering(getattr(kind, name), checked=False))
     return kind
+
+
+_ABSENT = object()
+_IN_WORDS: Mapping[Any, str] = {
+    **{bool: "True or False", str: "text", os.PathLike: "a path that files can have", type(None): "None"},
+    **{Mapping: "a mapping", Iterable: "a list", Callable: "a function"},
+}
+_READ_APART = {"Any", "object", "int", "float", "complex", "ndarray"}
+
+
+@cache
+def _classes_of(call: Callable[..., Any]) -> list[tuple[int, str, tuple[type, ...]]]:
+    """Returns place, name and classes of the arguments of a call whose annotations have classes alone that
+    Python can check; numbers, and what may be an array, have readers of their own."""
+    found, hints = [], get_type_hints(call)
+    for place, each in enumerate(inspect.signature(call).parameters.values()):
+        hint = hints.get(each.name)
+        parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+        kinds = (get_origin(part) or part for part in parts)
+        classes = tuple(Iterable if kind is Sequence else kind for kind in kinds)  # a set will do
+        if all(isinstance(kind, type) and kind.__name__ not in _READ_APART for kind in classes):
+            by_place = each.kind <= each.POSITIONAL_OR_KEYWORD
+            found.append((place if by_place else sys.maxsize, each.name, classes))
+    return found
+
+
+def _is_one(given: Any, classes: tuple[type, ...]) -> bool:
+    """Whether a value is of one of these classes. A truth value of NumPy is a bool; text, or a single number
+    of NumPy, is no list, and a class no function."""
+    if os.PathLike in classes and isinstance(given, str | os.PathLike):
+        with suppress(UnicodeEncodeError):
+            return b"\0" not in os.fsencode(given)
+        return False
+    if isinstance(given, str | type):
+        return any(each in classes for each in (str, type) if isinstance(given, each))
+    if getattr(given, "ndim", 1) == 0:
+        return bool in classes and getattr(getattr(given, "dtype", None), "kind", "") == "b"
+    return isinstance(given, classes)
 
 
 def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
     """Returns the first argument that a call does not have, with what to write, or those it lacks; or ""."""
     parameters = inspect.signature(call).parameters
     known = [each for each in parameters if each not in ("self", "_cls")]
+    takes_all = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
     for odd in kwargs:
-        if odd not in known:
+        if odd not in known and not takes_all:
             of_phase = f"; an option of a phase is in options={{{odd!r}: ...}}" if "options" in known else ""
             return f"has no argument {odd!r}; expected {key_of(odd, known)}{of_phase}"
-    by_place = [each for each in parameters.values() if each.kind is each.POSITIONAL_OR_KEYWORD]
+    by_place = [each for each in parameters.values() if each.kind <= each.POSITIONAL_OR_KEYWORD]
     if len(args) <= len(by_place):
         needed = [each.name for each in by_place[len(args) :] if each.default is each.empty]
         lacks = [each for each in needed if each not in kwargs]

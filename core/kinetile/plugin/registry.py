@@ -15,11 +15,20 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import metadata
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import pluggy
 
-from kinetile.errors import BadPlugin, DuplicateName, PhaseError, PluginApiMismatch, UnknownName, nearest
+from kinetile.errors import (
+    BadPlugin,
+    DuplicateName,
+    PhaseError,
+    PluginApiMismatch,
+    UnknownName,
+    answering,
+    nearest,
+    shown,
+)
 from kinetile.plugin import specs
 from kinetile.plugin.specs import Kind, NarrowPhaseSpec, SceneSpec, Spec
 
@@ -61,6 +70,7 @@ class Registry:
     is empty, ``Registry([plugin, ...])`` has the contents of these, and ``kinetile.registry()`` all that is
     installed."""
 
+    @answering
     def __init__(self, plugins: Iterable[object] = ()) -> None:
         self.failures: tuple[Failure, ...] = ()
         self._provided: list[Provided] = []
@@ -97,8 +107,11 @@ class Registry:
         """Returns the spec of a name or alias, importing nothing. Raises UnknownName."""
         return self.provided(kind, name).spec
 
+    @answering
     def provided(self, kind: Kind, name: str) -> Provided:
         """Returns the entry of a name or alias, to the letter, with its plugin. Raises UnknownName."""
+        if not isinstance(kind, str) or kind not in get_args(Kind):
+            raise UnknownName("kind of plugin", kind, available=get_args(Kind))
         known = {each: p for p in self._provided if p.kind == kind for each in _all_names(p.spec)}
         if name in known:
             return known[name]
@@ -255,9 +268,10 @@ def offers(plugin: object) -> list[tuple[Kind, Spec]]:
     manager.add_hookspecs(specs)
     try:
         manager.register(plugin)
-    except pluggy.PluginValidationError as error:
-        raise BadPlugin(str(error)) from error
-    _check_hooks(plugin, {caller.name: caller for caller in manager.get_hookcallers(plugin) or ()})
+        callers = manager.get_hookcallers(plugin) or ()
+    except (pluggy.PluginValidationError, TypeError, ValueError) as error:
+        raise BadPlugin(f"a plugin is {shown(plugin)}: {error}") from error
+    _check_hooks(plugin, {caller.name: caller for caller in callers})
     return [
         (kind, spec)
         for hook, (kind, spec_type) in _HOOKS.items()

@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 
 import pluggy
 
-from kinetile.errors import BadPlugin
+from kinetile.errors import BadPlugin, shown
 
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
@@ -41,24 +41,26 @@ class Spec:
 
     def __post_init__(self) -> None:
         """Normalises the collections, and raises BadPlugin for an invalid field."""
+        where = f"{type(self).__name__} {shown(self.name)}"
+        if not isinstance(self.api, int):
+            raise BadPlugin(f"{where}: api is {shown(self.api)}; expected a whole number")
         if self.api != API_VERSION:
             return  # for another API version; the registry refuses it with the reason
-        where = f"{type(self).__name__} {self.name!r}"
         object.__setattr__(self, "aliases", _words(self, "aliases"))
         object.__setattr__(self, "features", frozenset(_words(self, "features")))
         for name in (self.name, *self.aliases):
             if not (isinstance(name, str) and _NAME.fullmatch(name)):
                 raise BadPlugin(
-                    f"{where}: {name!r} is not a name; expected text without spaces, commas, '=' and ':'"
+                    f"{where}: {shown(name)} is not a name; expected text without spaces, commas, '=' and ':'"
                 )
         if not isinstance(self.summary, str):
-            raise BadPlugin(f"{where}: summary is {self.summary!r}; expected text")
+            raise BadPlugin(f"{where}: summary is {shown(self.summary)}; expected text")
         target: Any = self.target
         wanted = "function" if isinstance(self, SceneSpec) else "class"
         fits = callable(target) if isinstance(self, SceneSpec) else isinstance(target, type)
         if not (_TARGET.fullmatch(target) if isinstance(target, str) else fits):
             raise BadPlugin(
-                f"{where}: target is {target!r}; expected a {wanted}, or 'package.module:{wanted}'"
+                f"{where}: target is {shown(target)}; expected a {wanted}, or 'package.module:{wanted}'"
             )
 
 
@@ -90,9 +92,9 @@ class NarrowPhaseSpec(Spec):
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "shapes", _words(self, "shapes"))
-        if self.role not in ("pair", "wall"):
+        if not isinstance(self.role, str) or self.role not in ("pair", "wall"):
             raise BadPlugin(
-                f"NarrowPhaseSpec {self.name!r}: role is {self.role!r}; expected 'pair' or 'wall'"
+                f"NarrowPhaseSpec {shown(self.name)}: role is {shown(self.role)}; expected 'pair' or 'wall'"
             )
 
 
@@ -114,12 +116,14 @@ class SceneSpec(Spec):
 
 def _words(spec: Spec, field_name: str) -> tuple[str, ...]:
     words: object = getattr(spec, field_name)
-    if isinstance(words, Iterable) and not isinstance(words, str):
+    if isinstance(words, Iterable) and not isinstance(words, str) and getattr(words, "ndim", 1) != 0:
         found = tuple(words)
         if all(isinstance(word, str) for word in found):
             return found
-    where = f"{type(spec).__name__} {spec.name!r}"
-    raise BadPlugin(f"{where}: {field_name} is {words!r}; expected a collection of words, such as ('a', 'b')")
+    where = f"{type(spec).__name__} {shown(spec.name)}"
+    raise BadPlugin(
+        f"{where}: {field_name} is {shown(words)}; expected a collection of words, such as ('a', 'b')"
+    )
 
 
 PROJECT = "kinetile"

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetile.errors import answering
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.flights import Flights
-from kinetile.scene.checks import demand
 
 ENCOUNTER = np.dtype(
     [(name, "i8") for name in ("a", "b", "mx", "my")]
@@ -30,10 +30,10 @@ and when that was."""
 Vector = NDArray[np.float64]
 
 
+@answering
 def encounters(trajectory: Trajectory) -> NDArray[np.void]:
     """Returns the passings of a run (dtype ``ENCOUNTER``), in the order of their begins. A distance is that
     of places: two discs are at most the sum of their radii apart."""
-    demand(Trajectory, trajectory, "encounters")
     rows, now = trajectory.rows, dict[tuple[int, int], list[_Encounter]]()
     found, places = list[_Encounter](), _Places(trajectory)
     met = np.flatnonzero((rows["b"] >= 0) & np.isnan(rows["ax"]))

@@ -21,26 +21,23 @@ from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import RecordError
+from kinetile.errors import RecordError, answering
 from kinetile.kernel.log import INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason, record_errors
 from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
 from kinetile.records.reading import KindsByHand
 from kinetile.run.interrupts import Unbroken
+from kinetile.run.moment import Moment
+from kinetile.run.simulation import Simulation
+from kinetile.scene import Scene
 from kinetile.targets import mode_of
 from kinetile.versions import versions
-
-if TYPE_CHECKING:
-    from kinetile.run.moment import Moment
-    from kinetile.run.simulation import Simulation
-    from kinetile.scene import Scene
-
 
 _ROWS_A_BATCH = 1 << 16
 _SECONDS_A_BATCH = 0.25
@@ -68,6 +65,7 @@ class EventRecorder:
     kept, in FILE, or in FILE.partial if the message says so.
     """
 
+    @answering
     def __init__(
         self,
         path: str | os.PathLike[str],

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, RecordError, one_of
+from kinetile.errors import BadOption, RecordError, answering, one_of
 from kinetile.lazy import needed
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation
@@ -55,9 +55,15 @@ class Frame(NamedTuple):
     shapes: npt.NDArray[Any]
 
     def images(self, scene: Scene) -> npt.NDArray[Any]:
-        """Returns (n, 3) the periods by which each body is away from its position; 0 across walls."""
+        """Returns (n, 3) the periods by which each body is away from its position; 0 across walls. Raises
+        RecordError for more than files of frames count."""
         found = np.zeros((len(self.bodies), 3), dtype=np.int64)
-        found[:, :2] = whole_periods(self.unwrapped - self.positions, scene.periods)
+        away = whole_periods(self.unwrapped - self.positions, scene.periods)
+        if not (np.abs(away) < 2.0**31).all():
+            raise RecordError(
+                f"at time {self.time!r} a body has flown 2**31 periods, which frames do not count"
+            )
+        found[:, :2] = away
         return found
 
     @property
@@ -147,6 +153,7 @@ def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterat
         yield Frame(time, bodies, traits[0].astype(int), *moving, *sizes)
 
 
+@answering
 def frames(source: Simulation | Trajectory, times: Iterable[float], form: str = "ase") -> Iterator[Any]:
     """Yields the bodies at these times as objects of another program, in memory: ``ase.Atoms`` (which
     ``ovito.io.ase.ase_to_ovito`` takes as well), or for "gsd" ``gsd.hoomd.Frame``.

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
-from kinetile.errors import RecordError
+from kinetile.errors import RecordError, answering
 from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, record_errors
 from kinetile.records.log import Seal
@@ -40,6 +40,7 @@ class EventFile(NamedTuple):
         return kinds_in(self.metadata["kinds"], bodies)
 
 
+@answering
 def read_events(path: str | os.PathLike[str]) -> EventFile:
     """Reads an event file. Raises MissingExtra without pyarrow, and RecordError if there is no event file of
     kinetile, if it is damaged or changed, or if it is FILE.partial of an active or killed run.

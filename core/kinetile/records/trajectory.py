@@ -13,25 +13,24 @@ import os
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import RecordError
+from kinetile.errors import RecordError, answering
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, MOVED, REMOVED
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
-from kinetile.scene import Insert
+from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import in_box, nearest_image, whole_periods
+from kinetile.scene.checks import is_finite, read_count, shown
 from kinetile.scene.reader import pull_of
 from kinetile.scene.scene import kind_of_each
-
-if TYPE_CHECKING:
-    from kinetile.scene import Scene
+from kinetile.scene.values import body_numbers
 
 
 class PlansAt(NamedTuple):
@@ -50,6 +49,10 @@ class PlansAt(NamedTuple):
         return positions_after(self.plan, self.elapsed)
 
 
+_FARTHEST = 2.0**500
+"""No number of a flight is as large: then no square of one overflows."""
+
+
 def first_accelerations(scene: Scene, numbers: int) -> NDArray[np.float64]:
     """Returns the accelerations (numbers, 2) with which bodies begin, by their numbers; that of gravity for
     one that is neither of the scene nor of an insertion that it plans."""
@@ -65,7 +68,12 @@ class Trajectory:
     """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it, to
     the time ``end``, by default that of the last row; after that bodies fly on."""
 
+    @answering
     def __init__(self, rows: NDArray[Any], scene: Scene, end: float | None = None) -> None:
+        if getattr(rows, "dtype", None) != LOG:
+            raise TypeError(f"Trajectory: rows is {shown(rows)}; expected an array of the dtype kinetile.LOG")
+        if end is not None and not is_finite(end):
+            raise ValueError(f"Trajectory: end is {shown(end)}; expected a finite time")
         self.end = float(max(rows["time"], default=scene.start)) if end is None else end
         self.rows = np.asarray(rows, dtype=LOG)
         self.scene = scene
@@ -75,15 +83,34 @@ class Trajectory:
         self._span = len(self.rows) + 1
         last = max(int(self.rows[name].max(initial=-1)) for name in ("a", "b"))
         self._numbers = max(len(scene), last + 1)
+        known = max(kind_of_each(scene), default=-1) + 1 + int((self.rows["b"] == INSERTED).sum())
+        if self._numbers > known:  # arrays of all bodies would be as long as any number says
+            raise RecordError(
+                f"a row is of body {last}, and there are {known} with all that were inserted: "
+                "these rows are no whole trajectory"
+            )
+        numbers = flights.value("x", "y", "vx", "vy")
+        if scene.bent:
+            numbers = np.hstack([numbers, self._accelerations[1]])
+        wrong = np.flatnonzero(~(np.abs(numbers) < _FARTHEST).all(axis=1))
+        for k in wrong[:1].tolist():
+            raise RecordError(
+                f"in row {flights.row[k]} body {flights.body[k]} is not where the scene and the rows before "
+                f"have sent it, or has no such velocity: {numbers[k].tolist()}"
+            )
         self._keys = (flights.body * self._span + flights.row)[flights.by_body]
 
     @classmethod
+    @answering
     def read(cls, path: str | os.PathLike[str]) -> Trajectory:
         """Reads an event file with the scene in it. Raises MissingExtra and RecordError as ``read_events``,
         and RecordError for a file in which a row before its last one is missing."""
         path = Path(path)
         found, scene = _whole(path)
-        trajectory = cls(found.rows, scene, found.metadata["time"])
+        try:
+            trajectory = cls(found.rows, scene, found.metadata["time"])
+        except (RecordError, ValueError) as error:
+            raise RecordError(f"{path} is no whole trajectory: {error}") from error
         trajectory._check_continuity(path)
         return trajectory
 
@@ -162,12 +189,6 @@ class Trajectory:
 
     def _check_continuity(self, path: Path) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
-        known = max(kind_of_each(self.scene), default=-1) + 1 + int((self.rows["b"] == INSERTED).sum())
-        if self._numbers > known:  # arrays of all bodies would be as long as any number says
-            raise RecordError(
-                f"{path} is no whole trajectory: a row is of body {self._numbers - 1}, and there are {known} "
-                "with all that were inserted"
-            )
         with np.errstate(all="ignore"):
             astray, size = self._strayed
             astray = np.where(np.isfinite(astray), astray, math.nan)
@@ -184,21 +205,27 @@ class Trajectory:
 
     def flight_plans(self, time: float) -> PlansAt:
         """Returns the plans of all bodies that there are at ``time``; raises ValueError as ``positions``."""
-        time = float(time)
-        if not self.scene.start <= time < math.inf:
+        if not is_finite(time) or time < self.scene.start:
             raise ValueError(
-                f"time is {time!r}; expected {self.scene.start!r}, the scene's start, or later, and finite"
+                f"time is {shown(time)}; expected {self.scene.start!r}, the scene's start, or later, and "
+                "finite"
             )
-        now = self._clock.ticks(time)
+        now = self._clock.ticks(float(time))
         epoch, tick = divmod(now, TICKS)
         first, last = np.searchsorted(self.rows["epoch"], [epoch, epoch + 1])
         done = int(first + np.searchsorted(self.rows["tick"][first:last], tick, side="right"))
         return self._plans(np.arange(self._numbers, dtype=np.int64), done, now)
 
     def plans_after(self, row: int, bodies: Sequence[int]) -> PlansAt:
-        """Returns the plans of some bodies right after a row of ``rows``, at its exact time."""
+        """Returns the plans of some bodies right after a row of ``rows``, at its exact time. IndexError if
+        there is none, TypeError for what are no numbers of bodies."""
+        if read_count(row, "row", "rows") >= len(self.rows):
+            raise IndexError(
+                f"row is {shown(row)}; expected less than the number of rows, {len(self.rows):,}"
+            )
+        numbers = np.ravel(body_numbers(bodies))
         (now,) = ticks_of(self.rows[row : row + 1]).tolist()
-        return self._plans(np.array(bodies, dtype=np.int64), row + 1, now)
+        return self._plans(numbers[(numbers >= 0) & (numbers < self._numbers)], row + 1, now)
 
     def _plans(self, bodies: NDArray[np.int64], done: int, now: int) -> PlansAt:
         """Returns the plans of those of some bodies that there are at a tick, after so many rows."""
@@ -224,7 +251,7 @@ class Trajectory:
         ticks[moved] -= ticks_of(rows)
         there = begun.copy()
         there[moved] = rows["b"] != REMOVED
-        elapsed = ticks[there].astype(np.float64) * (self._clock.unit / TICKS)
+        elapsed = (ticks[there] / int(TICKS / self._clock.unit)).astype(np.float64)  # also of whole ages
         plan = self._plan(anchor[there], velocity[there], acceleration[there])
         return PlansAt(bodies[there], plan, elapsed, images[there], acceleration[there])
 

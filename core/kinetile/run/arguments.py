@@ -33,6 +33,7 @@ from kinetile.scene.checks import (
     is_number,
     shown,
 )
+from kinetile.scene.checks import read_count as read_count
 from kinetile.scene.commands import check_command, check_move, numbered, shape_of, with_shape
 from kinetile.scene.frame import check_pull
 from kinetile.scene.reader import pull_of
@@ -134,13 +135,6 @@ def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> N
             )
 
 
-def read_count(value: Any, name: str, of: str = "bodies", least: int = 0) -> int:
-    """Returns a number of bodies or other things; ValueError for anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise ValueError(f"{name} is a whole number of {of}, at least {least}; found {shown(value)}")
-    return int(value)
-
-
 def read_kinds(value: Kind | Iterable[Kind], known: Sequence[Kind], where: str) -> list[Kind]:
     """Returns one kind or several as a list; ValueError for an unknown one."""
     try:
@@ -213,7 +207,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
     there = int(engine.fields.present[0])
     if not 0 <= number < engine.numbers:
         given = f"numbers up to {engine.numbers - 1}" if engine.numbers else "no numbers"
-        raise IndexError(f"there is no body {number}: {given} have been given")
+        raise IndexError(f"there is no body {shown(number)}: {given} have been given")
     raise IndexError(f"there is no body {number} now: it has gone, or is still to come; {there} are there")
 
 
@@ -400,9 +394,12 @@ def read_insertions(
     ``each`` has the other fields of an insertion: one for all, or a sequence of one for each. ValueError for
     values that a scene would refuse; it names the body. That a body is within the walls is not checked."""
     try:
-        places = np.asarray(positions, dtype=np.float64).reshape(-1, 2)
+        given = np.asarray(positions)
+        if given.dtype.kind not in "iufO":  # NumPy makes a number of text, and of a complex one
+            raise TypeError
+        places = given.astype(np.float64).reshape(-1, 2)
         flies = _pairs(velocities, len(places))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(
             "insert_many takes positions, (n, 2), and velocities, (n, 2) or one for all; found "
             f"{shown(positions)} and {shown(velocities)}"
@@ -446,14 +443,18 @@ def read_insertions(
 
 def column(name: str, given: Any, many: int) -> list[Any]:
     """Returns one value for each of ``many`` bodies; ValueError for another number of them."""
-    if isinstance(given, np.ndarray | list | tuple) and np.ndim(cast(Any, given)) != 0:
-        values = given.tolist() if isinstance(given, np.ndarray) else list(given)
-        if len(values) != many:
-            raise ValueError(
-                f"{name} has {len(values)} values; expected one, or one for each of {many} bodies"
-            )
-        return values
-    return [given] * many
+    given = given.tolist() if isinstance(given, np.ndarray) else given
+    if name == "acceleration" or not isinstance(given, list | tuple):
+        values = [tuple(given) if isinstance(given, list) else given] * many
+    else:
+        values = list(given)
+    if len(values) != many:
+        raise ValueError(f"{name} has {len(values)} values; expected one, or one for each of {many} bodies")
+    try:
+        set(values)
+    except TypeError:
+        raise ValueError(f"{name} is {shown(given)}; expected one value, or one for each body") from None
+    return values
 
 
 def read_removal(engine: Engine, body: object) -> Rows:
@@ -529,16 +530,13 @@ def meetings(kinds: int, one: int, other: int | None = None) -> npt.NDArray[np.b
     return (found | found.T)[:kinds]
 
 
-def read_stop(engine: Engine, scene: Scene, stop: Any) -> WatchedContacts | None:
+def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedContacts | None:
     """Returns the stopping contacts in the form of the loop, if any. TypeError for a wrong type, IndexError
     for bodies neither present nor to be inserted, ValueError for unknown kinds."""
     if stop is None:
         return None
-    if not isinstance(stop, StopAt):
-        raise TypeError(
-            "stop_at is kinetile.StopAt(...), which chooses contacts by bodies, pairs or kinds; "
-            f"found {shown(stop)}"
-        )
+    if not isinstance(stop.before, bool | np.bool_):
+        raise TypeError(f"stop_at: before is True or False; found {shown(stop.before)}")
     flags = np.zeros(len(engine.k.slots), dtype=np.uint8)
     kinds = read_kinds(stop.kinds, scene.kinds, "stop_at")
     bodies = _several(stop.bodies, "stop_at", "bodies", "their numbers")

@@ -49,23 +49,18 @@ class Calls:
 
 
 def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:
-    """Returns the functions of ``on_contact``. TypeError for anything else, ValueError for unknown kinds."""
+    """Returns the functions of ``on_contact``. TypeError for what is none, ValueError for unknown kinds."""
     if given is None:
         return None
-    if callable(given):
-        return Calls(((np.ones((len(known), len(known) + 1), dtype=np.bool_), given),), known)
     if not isinstance(given, Mapping):
-        raise TypeError(
-            "on_contact is a function of an Event, or a mapping from kinds to functions, such as "
-            f"{{('ball', 'wall'): f}}; found {shown(given)}"
-        )
+        return Calls(((np.ones((len(known), len(known) + 1), dtype=np.bool_), given),), known)
     functions, all_kinds = list[tuple[npt.NDArray[np.bool_], AtContact]](), (*known, WALL)
     for key, function in given.items():
         two = key if isinstance(key, tuple) else (key,)
         places = [all_kinds.index(find_kind(kind, all_kinds, "on_contact")) for kind in two]
         if not 0 < len(places) <= 2 or min(places) == len(known):
             raise ValueError(f"on_contact: expected a kind, two, or a kind and {WALL!r}; found {shown(key)}")
-        if not callable(function):
+        if not callable(function) or isinstance(function, type):
             raise TypeError(f"on_contact: for {shown(key)} it has {shown(function)}, which is no function")
         functions.append((meetings(len(known), *places), function))
     return Calls(tuple(functions), known)

@@ -41,6 +41,7 @@ from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
 from kinetile.scene import Insert, Move, Remove, Response, Scene, are_alike
 from kinetile.scene.checks import shown
 from kinetile.scene.responses import ELASTIC, PASS
+from kinetile.scene.values import VALUES
 from kinetile.toolbox.reach import margin_of, skin_at_start
 
 BUILT_IN = (ELASTIC, PASS)
@@ -300,8 +301,6 @@ def compose_phases(
     options those given here go, or: ``DEFAULT_BROAD_PHASE``, ``disc`` or ``convex``, and ``wall`` in an
     arena. Raises UnknownName, BadOption for an option that a phase does not have or does not accept, and
     Refused where one does not accept this scene."""
-    if not isinstance(options, Mapping | None):
-        raise BadOption(f"options are {shown(options)}; expected a table of them, such as {{'axis': 'y'}}")
     name = scene.settings.broad_phase if broad_phase is None else broad_phase
     name, own = _with_options(DEFAULT_BROAD_PHASE if name is None else name)
     return _compose(scene, name, _named(scene, narrow_phases), own | dict(options or {}))
@@ -321,12 +320,12 @@ def _named(scene: Scene, narrow: Sequence[str] | Named | None) -> Named:
 
 
 def read_narrow_phases(narrow: Sequence[str] | Named) -> Named:
-    """Returns narrow phases with their options; raises BadOption for a string."""
-    if isinstance(narrow, str):
-        raise BadOption(f"narrow_phases is a sequence of names, such as [{narrow!r}], not a string")
-    if isinstance(narrow, Mapping):
-        return narrow
-    return dict(map(_with_options, narrow))
+    """Returns narrow phases with their options; raises BadOption for what are none."""
+    given = narrow if isinstance(narrow, Mapping | str) else list(narrow)
+    right = VALUES["options" if isinstance(given, Mapping) else "narrow-phases"].expected(given)
+    if right:
+        raise BadOption(f"narrow_phases is {shown(given)}; expected {right}")
+    return given if isinstance(given, Mapping) else dict(map(_with_options, given))
 
 
 class _BroadPhaseRefuses(Refused):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -248,10 +248,6 @@ class Observers:
     """The observables of one run; UnknownName, BadOption, Refused or PhaseError where there is no such."""
 
     def __init__(self, scene: Scene, observe: Sequence[str]) -> None:
-        if isinstance(observe, str) or not isinstance(observe, Iterable):
-            raise BadOption(
-                f"observe is {shown(observe)}; expected a list of observables, such as ['pressure']"
-            )
         self._observations = [_Observation(text) for text in observe]
         for each in self._observations:
             each.prepare(scene)

@@ -44,7 +44,7 @@ from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_w
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import WALL, demand, shown
+from kinetile.scene.checks import WALL
 from kinetile.scene.commands import name_like
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
@@ -147,7 +147,6 @@ class Simulation(Moment):
         live: bool = False,
         room: int | None = None,
     ) -> None:
-        demand(Scene, scene, "Simulation")
         if audit is not None:
             audit = arguments.read_count(audit, "audit", "contacts", 1)
         if room is not None:
@@ -301,13 +300,6 @@ class Simulation(Moment):
             stop = arguments.read_stop(engine, self.scene, stop_at)
             if calls is not None:
                 stop = calls.watched(len(engine.k.slots))
-            if progress is not None and not callable(progress):
-                raise TypeError(f"progress is called during the run; found {shown(progress)}")
-            if recorder is not None and not callable(recorder):
-                raise TypeError(
-                    "recorder is called with log rows: expected a function of them, or a Recorder; found "
-                    f"{shown(recorder)}"
-                )
             moment = Moment(self.scene, engine)
             observers = self._observers_for(observe)
             if observers:
@@ -399,6 +391,7 @@ class Simulation(Moment):
         with _Alone(self, "be audited"):
             self._engine.audit()
 
+    @answering
     def number(self, name: str) -> int:
         """Returns the number of a body that has a name in the scene; ValueError for another name."""
         numbers = self.scene.numbers
@@ -428,7 +421,7 @@ class Simulation(Moment):
 
     def set_acceleration(self, body: int, acceleration: Numbers) -> None:
         """As ``set_accelerations``, for one body."""
-        self.set_accelerations([body], np.asarray(acceleration)[None])
+        self.set_accelerations([body], cast("npt.ArrayLike", [acceleration]))
 
     @answering
     def set_kind(self, body: int, kind: Kind) -> None:
@@ -542,8 +535,7 @@ class Simulation(Moment):
         """
         if radius is None and shape is None:
             raise TypeError("insert_many() needs the radius of the bodies that come, or their shapes")
-        pulls = [acceleration] * len(np.atleast_2d(positions)) if acceleration is not None else None
-        each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": pulls}
+        each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": acceleration}
         with _Alone(self, "take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
             rows, wider = arguments.read_insertions(engine, positions, velocities, each, self._goes_to)
@@ -664,6 +656,7 @@ class Simulation(Moment):
     # flight plans at the present tick. ``kinds``, one of the scene's or several, excludes bodies
     # of other kinds as if they were absent.
 
+    @answering
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
         """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
         tick; None if they do not.
@@ -688,6 +681,7 @@ class Simulation(Moment):
         among = np.array([other], dtype=np.int64)
         return meetings.next_contact_of(self._query(), one, planned, among, walls=False)
 
+    @answering
     def next_contact_of(
         self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
@@ -737,6 +731,7 @@ class Simulation(Moment):
         hit = meetings.cast(self._among(kinds), *thrown)
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
+    @answering
     def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
         """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
         ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
@@ -817,6 +812,7 @@ class Simulation(Moment):
             phases = SavedPhases.of(engine.composition)
             return Snapshot(self.scene, phases, engine.kept(), self._audit, self._start_energy, observed)
 
+    @answering
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene, as ``resume``
         does. Raises RecordError for one of another scene or of other narrow phases, Refused if the broad
@@ -826,13 +822,9 @@ class Simulation(Moment):
                 raise BusyError(
                     "this simulation is running: it cannot be restored from its own on_contact or progress"
                 )
-            if not isinstance(snapshot, Snapshot):
-                raise TypeError(
-                    "restore continues from a snapshot, as Simulation.snapshot returns it; "
-                    f"found {shown(snapshot)}"
-                )
             self._go_on_from(snapshot)
 
+    @answering
     def save(self, path: str | os.PathLike[str], note: Mapping[str, Any] | None = None) -> None:
         """Writes a file from which ``kinetile.resume`` makes this simulation again, in any process. It gets
         its name when it is completely on the disk; until then an old file of this name stays.

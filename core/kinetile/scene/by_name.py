@@ -10,7 +10,9 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import Any
 
-from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, key_of
+import numpy as np
+
+from kinetile.errors import BadOption, KinetileError, Mistake, PhaseError, answering, key_of
 from kinetile.plugin.calling import calling
 from kinetile.plugin.choices import read_value
 from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
@@ -47,13 +49,14 @@ SHARED = (
 """Parameters of every recipe: the axes along which its arena is periodic, and gravity."""
 
 
+@answering
 def make_scene(name: str, /, **parameters: Any) -> Scene:
     """Returns the scene that a recipe makes from these parameters (its defaults for the rest); with
     ``periodic`` ("x", "y" or "xy") in a periodic arena, and with ``gravity``, (gx, gy), of bodies that fall.
     Its ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName, BadOption
     for a parameter that the recipe cannot use, SceneError for mistakes, and PhaseError."""
     recipe = registry().target("scene", name)
-    with calling("scene", name, "the recipe"):
+    with np.errstate(all="ignore"), calling("scene", name, "the recipe"):  # the scene checks its numbers
         mistakes = parameter_mistakes(name, parameters)
         if mistakes:
             raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))

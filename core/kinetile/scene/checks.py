@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from kinetile.errors import KinetileError, Mistake, UnknownName, key_of, one_of
+from kinetile.errors import shown as shown
 
 if TYPE_CHECKING:
     from kinetile.plugin.specs import Kind
@@ -128,21 +129,11 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-def shown(value: object, width: int = 60) -> str:
-    """Returns ``value`` as it is quoted in a message: numbers without their NumPy type, and not too long."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    try:
-        text = repr(value)
-    except ValueError:
-        text = "a whole number of too many digits to be shown"
-    return text if len(text) <= width else f"{text[: width - 3]}..."
-
-
-def demand(kind: type, given: object, what: str) -> None:
-    """Raises TypeError for an argument that is not of a type."""
-    if not isinstance(given, kind):
-        raise TypeError(f"{what} takes a {kind.__name__}; found {shown(given)}")
+def read_count(value: Any, name: str, of: str = "bodies", least: int = 0) -> int:
+    """Returns a number of bodies or other things; ValueError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ValueError(f"{name} is a whole number of {of}, at least {least}; found {shown(value)}")
+    return int(value)
 
 
 class Extent(NamedTuple):

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from kinetile.errors import BadOption, Mistake, SceneError, printable
+from kinetile.errors import BadOption, Mistake, SceneError, answering, printable
 from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import Kind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
-from kinetile.scene.checks import abridged, check_name, demand, option_mistakes, shown
+from kinetile.scene.checks import abridged, check_name, option_mistakes, read_count, shown
 from kinetile.scene.commands import Accelerate, Command, Insert, Move, Remove, SetKind, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
@@ -43,10 +43,11 @@ from kinetile.targets import write_file
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
+@answering
 def load_scene(path: str | os.PathLike[str], *, max_bytes: int = MOST_BYTES) -> Scene:
     """Reads a scene from a TOML file, a regular one of at most ``max_bytes`` (64 MiB). Raises OSError if it
     cannot be read, and SceneError, with every mistake in it, if it is no scene."""
-    return loads_scene(read_text(path, max_bytes), os.fspath(path))
+    return loads_scene(read_text(path, read_count(max_bytes, "max_bytes", "bytes")), os.fspath(path))
 
 
 def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -> Scene:
@@ -56,6 +57,7 @@ def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -
     return file.scene_of_recipe() if "recipe" in file.tables else file.scene_of_bodies()
 
 
+@answering
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one; a link is followed. Raises
     OSError if it cannot be written (the old file stays) or is not regular, and BadOption for an option that
@@ -63,9 +65,9 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     write_file(path, dumps_scene(scene))
 
 
+@answering
 def dumps_scene(scene: Scene) -> str:
     """Returns a scene as TOML text. Raises BadOption for an option that TOML has no form for."""
-    demand(Scene, scene, "a scene file")
     settings = scene.settings
     lines = []
     if "recipe" in scene.origin:

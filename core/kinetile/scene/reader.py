@@ -38,7 +38,7 @@ from kinetile.scene.commands import (
     with_shape,
 )
 from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull
-from kinetile.scene.responses import SceneRules, read_rules, settles
+from kinetile.scene.responses import SceneRules, read_rules, refusals, settles
 from kinetile.scene.settings import Settings, check_end, check_settings
 from kinetile.scene.shapes import Bools, Floats, Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
@@ -91,6 +91,12 @@ class FilePlaces(NamedTuple):
 
 NO_FILE = FilePlaces()
 """The places of arguments that are not from a file."""
+
+
+def fill(scene: Any, given: Given, places: FilePlaces) -> None:
+    """Gives a scene its values; SceneError with every mistake, and for what its responses refuse."""
+    vars(scene).update(read_scene(given, places))
+    _raise(refusals(scene), places)
 
 
 def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, nearest, one_of
+from kinetile.errors import KinetileError, Mistake, Refused, nearest, one_of
 from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, option_mistakes, plain, shown
 from kinetile.scene.values import VALUES
 
@@ -141,7 +141,7 @@ def kinds_that_follow(
 def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     """Returns the message that a scene has no such kind, with its kinds."""
     known = list(kinds)
-    meant = nearest(str(name), map(str, known))
+    meant = nearest(name, map(str, known)) if isinstance(name, str) else None
     hint = f"; did you mean {meant!r}?" if meant else ""
     there = f"; there are: {', '.join(map(repr, known))}"
     if not {*known} - {0, WALL}:
@@ -281,6 +281,24 @@ def _order(kind: Kind) -> tuple[bool, bool, bool, int, str]:
 
 def _ordered(a: Kind, b: Kind) -> Pair:
     return (a, b) if _order(a) <= _order(b) else (b, a)
+
+
+def refusals(scene: Any) -> list[Mistake]:
+    """Returns what responses of a scene refuse in it; one that is not installed here is for who runs it."""
+    found = []
+    for pair, response in scene.responses:
+        if response.name not in (ELASTIC, PASS):
+            from kinetile.plugin.calling import calling
+            from kinetile.plugin.registry import registry
+
+            try:
+                with calling("response", response.name, "prepare"):
+                    registry().target("response", response.name)(**response.options).prepare(scene)
+            except Refused as error:
+                found.append(Mistake(f"responses[{pair!r}]", repr(response), str(error)))
+            except KinetileError:  # a run says it, where it is one
+                continue
+    return found
 
 
 def settles(response: Response) -> bool:

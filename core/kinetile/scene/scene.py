@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption, Mistake, SceneError, answering, key_of, no_attribute
+from kinetile.errors import BadOption, Mistake, SceneError, answering, constructed, key_of, no_attribute
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
@@ -21,16 +21,17 @@ from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import Extent, shown
 from kinetile.scene.commands import Command, Insert, Move, SetKind, Turn
 from kinetile.scene.frame import check_frame
-from kinetile.scene.reader import NO_FILE, FilePlaces, Given, read_scene
+from kinetile.scene.reader import NO_FILE, FilePlaces, Given, fill
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Floats, Obstacle, Shape
+from kinetile.scene.shapes import Floats, Obstacle, Shape, check_obstacle
 
 Radii: TypeAlias = "npt.ArrayLike | None"
 Accelerations: TypeAlias = "npt.ArrayLike | None"
 ShapeOfEach: TypeAlias = "npt.ArrayLike | Shape | None"
 
 
+@constructed
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Scene:
     """Discs, or bodies of other convex shapes, in the plane, with or without walls around them.
@@ -96,7 +97,6 @@ class Scene:
     uniform: ClassVar[bool]
     resting: ClassVar[bool]
 
-    @answering
     def __init__(
         self,
         position: npt.ArrayLike,
@@ -123,7 +123,7 @@ class Scene:
         columns = (position, velocity, radius, mass)
         more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity, acceleration)
         given = Given(*columns, arena, turns, start, settings, origin, *more, names)
-        self.__dict__.update(read_scene(given, NO_FILE))
+        fill(self, given, NO_FILE)
 
     if not TYPE_CHECKING:  # mypy finds attributes that are not there
 
@@ -305,7 +305,7 @@ def arguments_of(scene: Scene) -> Given:
 def scene_of(given: Given, places: FilePlaces = NO_FILE) -> Scene:
     """Returns the scene of these arguments, which may come from a file; raises SceneError."""
     scene = object.__new__(Scene)
-    scene.__dict__.update(read_scene(given, places))
+    fill(scene, given, places)
     return scene
 
 
@@ -356,10 +356,14 @@ def around(scene: Scene) -> str:
     return walls + (f", gravity ({scene.gravity[0]:g}, {scene.gravity[1]:g})" if any(scene.gravity) else "")
 
 
+@answering
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:
     """Returns a scene with obstacles after its bodies, in their order: numbers 0 to n - 1 stay, and theirs
     follow, and after them those of bodies that are inserted. Raises SceneError if they do not fit."""
     added, own = list(obstacles), len(scene)
+    mistakes = [wrong for at, each in enumerate(added) for wrong in check_obstacle(each, f"obstacles[{at}]")]
+    if mistakes:
+        raise SceneError(mistakes)
     later = [
         each._replace(body=each.body + len(added)) if each.body >= own else each for each in scene.commands
     ]

@@ -243,7 +243,8 @@ _WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)",
 def read_bytes(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> bytes:
     """Returns the content of a regular file; OSError for another (a pipe), SceneError for too large a one."""
     with open_regular(path) as file:
-        data = file.read(max_bytes + 1)
+        size = max(os.fstat(file.fileno()).st_size, MOST_BYTES)  # of which a buffer is made
+        data = file.read(min(max_bytes, size) + 1)
     if len(data) > max_bytes:
         more = "at most so many; max_bytes of kinetile.load_scene allows more"
         raise SceneError([Mistake("the file", f"more than {max_bytes:,} bytes", more)], os.fspath(path))

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import Mistake, SceneError, key_of
+from kinetile.errors import Mistake, SceneError, answering, key_of
 from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, is_finite, shown
 from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
 from kinetile.scene.values import SIZE, VALUES
@@ -127,6 +127,7 @@ def segment(a: Sequence[float], b: Sequence[float]) -> Shape:
     return _made((a, b), 0.0, {"core[0]": "a", "core[1]": "b"})
 
 
+@answering
 def polygon(corners: Iterable[Sequence[float]], radius: float = 0.0) -> Shape:
     """Returns the convex polygon with these corners, anticlockwise, and with all within ``radius`` of it."""
     return _made(tuple(corners), radius, {"core": "corners"})
@@ -266,6 +267,16 @@ class Obstacle:
     kind: str | int = OBSTACLE
 
 
+def check_obstacle(given: Any, where: str) -> list[Mistake]:
+    """Returns the mistakes of an obstacle."""
+    if not isinstance(given, Obstacle) or not isinstance(given.shape, Shape):
+        right = "kinetile.Obstacle(shape, position), or what kinetile.polyline(...) returns"
+        return [Mistake(where, shown(given), right)]
+    fields = ("position", "velocity", "kind")
+    return [each for key in fields for each in VALUES[key].mistakes(getattr(given, key), f"{where}.{key}")]
+
+
+@answering
 def polyline(
     points: Iterable[Sequence[float]], *, closed: bool = False, kind: str | int = OBSTACLE
 ) -> list[Obstacle]:

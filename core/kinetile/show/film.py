@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from kinetile.errors import BadOption, answering
 from kinetile.run.simulation import Simulation, composition_of
+from kinetile.scene.checks import is_finite, shown
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
 from kinetile.show.player.view import window
 from kinetile.show.printed import as_pixels, check_printing
@@ -153,10 +154,12 @@ def film(
     first, last = window(scene, begin, until)
     if not first < last:
         raise BadOption(f"the film begins and ends at {first!r}; expected an end after the beginning")
-    if not 0.0 < seconds <= MOST_SECONDS:
-        raise BadOption(f"the film plays for {seconds!r} seconds; expected a number up to {MOST_SECONDS}")
-    if not WIDTHS[0] <= width <= WIDTHS[1]:
-        raise BadOption(f"a frame is {width} pixels wide; expected {WIDTHS[0]} to {WIDTHS[1]}")
+    if not is_finite(seconds) or not 0.0 < seconds <= MOST_SECONDS:
+        raise BadOption(
+            f"the film plays for {shown(seconds)} seconds; expected a number up to {MOST_SECONDS}"
+        )
+    if not is_finite(width) or not WIDTHS[0] <= width <= WIDTHS[1]:
+        raise BadOption(f"a frame is {shown(width)} pixels wide (width); expected {WIDTHS[0]} to {WIDTHS[1]}")
     steps = max(round(seconds * FRAMES), 2) - 1
     times = (*(first + (last - first) * (step / steps) for step in range(steps)), last)
     again = Simulation(

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.errors import BadOption, answering
 from kinetile.lazy import needed
 from kinetile.plugin.drawing import Item, Segment
 from kinetile.run.simulation import Simulation
-from kinetile.scene.checks import demand
+from kinetile.scene.checks import shown
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, corners_of, take_picture
 
 INCHES = 6.9
@@ -51,6 +52,7 @@ def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
     return figure_bytes(figure, form, dpi=200, metadata=undated)
 
 
+@answering
 def plot(
     sim: Simulation,
     ax: Any = None,
@@ -62,7 +64,8 @@ def plot(
     """Draws a simulation as it is now on axes of matplotlib, those of pyplot without ``ax``, in the scene's
     lengths, and returns them; with what the broad phase draws (``structure``; lines between ``pairs``, up
     to 400), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
-    demand(Simulation, sim, "plot")
+    if ax is not None and not hasattr(ax, "add_patch"):
+        raise BadOption(f"plot: ax is {shown(ax)}; expected axes of matplotlib, or None")
     check_printing("Drawing on axes")
     axes = import_module("matplotlib.pyplot").gca() if ax is None else ax
     picture = take_picture(sim, structure=structure, pairs=pairs)

@@ -57,7 +57,9 @@ def mixture(
 
 def side_of_square(radius: Floats, density: float) -> float:
     """Returns the side of the square of which discs of these radii cover the part ``density``."""
-    return math.sqrt(math.pi * math.fsum(radius * radius) / density)
+    area = math.pi * math.fsum(radius * radius) / density
+    demand(area < math.inf, f"density is {density}; expected more, for a square of finite size")
+    return math.sqrt(area)
 
 
 def sizes_and_masses(

@@ -14,6 +14,7 @@ from kinetile.errors import RecordError
 from kinetile.records import Trajectory, read_events
 from kinetile.records.finishing import KEYS
 from kinetile.records.log import Seal
+from kinetile.scene.files import loads_scene
 from messages import table
 
 pa = pytest.importorskip("pyarrow")
@@ -157,8 +158,10 @@ def sealed(good, path, rows, metadata, scene=None):
         ("a", 2**31 - 1, "a row is of body 2147483647, and there are 9 with"),
         ("b", 9, "a row is of body 9"),
         *(("ay", value, "is not where the scene and the rows before have") for value in (math.nan, math.inf)),
+        ("avx", -math.inf, "or has no such velocity"),
     ],
 )
+@pytest.mark.filterwarnings("error")
 def test_a_row_of_a_body_that_there_is_not_took_all_memory(good, truth, tmp_path, column, value, said):
     """Positions were computed for each number up to that."""
     rows = truth.rows.copy()
@@ -190,3 +193,21 @@ def test_a_file_of_phases_that_are_not_installed_is_read(tmp_path):
     with kt.EventRecorder(tmp_path / "e.parquet", scene):
         pass
     assert Trajectory.read(tmp_path / "e.parquet").positions(1.0).tolist() == [[1.0, 0.0]]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("a", 2**30, "a row is of body 1073741824"),
+        ("bvx", math.inf, "or has no such velocity"),
+        ("ax", 1e300, "is not where the scene and the rows before"),
+        ("ax", 1e40, r"a body has flown 2\*\*31 periods"),
+    ],
+)
+def test_damaged_rows_ended_in_warnings_of_numpy_and_an_error_of_ase(truth, column, value, said):
+    pytest.importorskip("ase")
+    scene, rows = loads_scene(truth.metadata["scene"]).replace(periodic="xy"), truth.rows.copy()
+    rows[column][rows["b"] >= 0] = value
+    with pytest.raises(RecordError, match=said):
+        list(kt.frames(Trajectory(rows, scene), [1.0]))

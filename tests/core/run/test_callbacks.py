@@ -175,10 +175,11 @@ def test_true_stops_the_run_there_and_an_error_ends_it_at_that_contact():
 @pytest.mark.parametrize(
     ("given", "error", "says"),
     [
-        ({"on_contact": 3}, TypeError, "a function of an Event, or a mapping"),
+        ({"on_contact": 3}, TypeError, "on_contact is 3; expected a function or a mapping or None"),
         ({"on_contact": {"dart": print}}, ValueError, "dart"),
         ({"on_contact": {"wall": print}}, ValueError, "expected a kind, two, or a kind and 'wall'"),
         ({"on_contact": {"ball": None}}, TypeError, "which is no function"),
+        ({"on_contact": int}, TypeError, "expected a function"),
         ({"on_contact": print, "stop_at": kt.StopAt()}, TypeError, "stop_at or on_contact"),
     ],
 )

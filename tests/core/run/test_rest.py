@@ -11,7 +11,7 @@ import pytest
 import kinetile as kt
 import lanes
 from agreement import agree
-from kinetile.errors import BadOption, Refused, SceneError
+from kinetile.errors import BadOption, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import ResponseParts, hook, rest
 from registering import registered
@@ -377,9 +377,9 @@ def test_settle_is_a_speed(settle):
         ({"arena": None, "settings": kt.Settings(until=4.0)}, "arena"),
     ],
 )
-def test_settle_is_refused_where_nothing_can_settle(changes, lacks):
-    with pytest.raises(Refused, match=f"the scene has no {lacks}"):
-        kt.Simulation(scene([[1.0, 1.0]], [[0.0, 0.5]], **changes))
+def test_a_scene_in_which_nothing_can_settle_was_refused_by_its_run_alone(changes, lacks):
+    with pytest.raises(SceneError, match=f"the scene has no {lacks}"):
+        scene([[1.0, 1.0]], [[0.0, 0.5]], **changes)
 
 
 def tiled(seed: int) -> kt.Scene:

@@ -1,5 +1,7 @@
 """The built-in recipes: scenes by name, and what they refuse; ``test_same_bits.py`` holds what they make."""
 
+import math
+from contextlib import suppress
 from types import ModuleType
 
 import numpy as np
@@ -7,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
-from kinetile.errors import PhaseError
+from kinetile.errors import BadOption, PhaseError, SceneError
 from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.registry import Registry
 from kinetile.scene import by_name
@@ -49,6 +51,15 @@ def test_defaults_give_a_scene_that_is_the_same_each_time(name: str) -> None:
     assert scene.origin["recipe"] == name
     assert make_scene(name, **scene.origin["parameters"]) == scene
     assert scene.origin["parameters"] == {each.name: each.default for each in recipe_parameters(name)}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in IN_A_RUN])
+def test_a_number_that_no_scene_has_was_a_warning_of_numpy_or_blamed_on_the_recipe(name: str) -> None:
+    for each in (each.name for each in recipe_parameters(name) if each.type == "float"):
+        for odd in (math.inf, -math.inf, math.nan, 1e300, 1e-320, -1.0, 0.0):
+            with suppress(BadOption, SceneError):
+                make_scene(name, **{each: odd})
 
 
 def test_dyadic_lattices_are_exact_and_touch() -> None:

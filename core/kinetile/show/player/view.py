@@ -20,7 +20,7 @@ from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Scene
-from kinetile.scene.checks import demand
+from kinetile.scene.checks import is_finite, shown
 from kinetile.scene.scene import in_words
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
@@ -162,14 +162,16 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     """Returns the times from which and to which a scene is shown, by default from its start to its own
     ``until``, or for one time unit. Raises BadOption unless they are in order."""
     begin = scene.start if begin is None else begin
+    if not is_finite(begin):
+        raise BadOption(f"begin is {shown(begin)}; expected a finite time")
     own = scene.settings.until
     until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
-    if not scene.start <= begin <= until < float("inf"):
+    if not (is_finite(until) and scene.start <= begin <= until):
         raise BadOption(
-            f"the window is {begin!r} to {until!r}; expected two times from the scene's start on, "
+            f"the window is begin={begin!r} to until={shown(until)}; expected two times from the start on, "
             f"{scene.start!r}, the first not after the second"
         )
-    return begin, until
+    return float(begin), float(until)
 
 
 def view_file(path: str | os.PathLike[str]) -> View:
@@ -200,7 +202,6 @@ def view(
     """Returns a view of the run of a simulation so far, including interactive commands; before a run,
     of its future; from ``begin`` on, or its start. It is played again from the start, and the simulation
     does not change. Lines between ``pairs`` of bodies are drawn; None: up to 400."""
-    demand(Simulation, simulation, "view")
     scene = simulation.recorded()
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = composition_of(simulation).narrow_phases
