@@ -303,7 +303,11 @@ def _settling_discs(rng: random.Random, lattice: bool) -> kt.Scene:
 def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:
     """Some platforms of infinite mass, alone, in rows and as hollows, and bodies on them and above."""
     sides = (rng.choice((4.0, 6.0)), rng.choice((4.0, 5.0)))
-    frame: dict[str, Any] = {"arena": sides, "periodic": rng.choice(("", "", "", "x"))}
+    frame: dict[str, Any] = {
+        "arena": sides,
+        "periodic": rng.choice(("", "", "", "x")),
+        "gravity": (0.0, -1.0),
+    }
     platforms = rng.sample(PLATFORMS, 3)
     frame["shapes"] = [*platforms, *HOLLOW, *rng.sample(OUTLINES[:7], 3)]
     rules: dict[Any, Any] = {("*", "*"): _settling(rng), ("*", "wall"): _settling(rng)}

@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict
 
 import kinetile as kt
 from kinetile import Scene, Simulation, registry
-from kinetile.errors import KinetileError, Refused, TooThick, UnknownName
+from kinetile.errors import KinetileError, Refused, SceneError, TooThick, UnknownName
 from kinetile.instruments import (
     NOT_AUTHORS,
     Composition,
@@ -94,10 +94,13 @@ class Subject:
         return found | ({write_phase(answer.name, answer.options): "response"} if answer else {})
 
     def dressed(self, scene: Scene) -> Scene:
-        """Returns a scene with the response under test."""
+        """Returns a scene with the response under test; Refused where that refuses the scene."""
         if self.response is None:
             return scene
-        return scene.replace(responses={**self.response.for_all, **dict(scene.responses)})
+        try:
+            return scene.replace(responses={**self.response.for_all, **dict(scene.responses)})
+        except SceneError as error:
+            raise Refused(str(error)) from error
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
         """Returns a simulation of a scene under these phases. All share one loop, in which bodies can come

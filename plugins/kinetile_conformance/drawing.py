@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile import Scene
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, Refused
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks import most
 from kinetile_conformance.checks.check import Check
@@ -41,10 +41,17 @@ class Drawing:
         self._dressed = dressed
         self.examples = examples
         self.seed = seed
-        self._drawn: dict[str, tuple[list[Scene], Iterator[Scene]]] = {}
+        self._drawn: dict[str, tuple[list[Scene | Refused], Iterator[Scene | Refused]]] = {}
 
-    def scenes(self, each: Check) -> Iterator[Scene]:
-        """Yields the scenes of a check: those of its strategy, each drawn when it is needed, and once."""
+    def _shown(self, scene: Scene) -> Scene | Refused:
+        try:
+            return self._dressed(scene)
+        except Refused as error:
+            return error
+
+    def scenes(self, each: Check) -> Iterator[Scene | Refused]:
+        """Yields the scenes of a check: those of its strategy, each drawn when it is needed, and once; or the
+        error of a response under test that refuses one."""
         strategy = each.strategy
         if strategy is None:
             yield smallest()
@@ -53,7 +60,7 @@ class Drawing:
             with uncounted():  # playing a living scene takes as long as judging many
                 if strategy.name not in self._drawn:
                     drawn = strategy.draw(most(strategy, self.examples), self.seed)
-                    self._drawn[strategy.name] = [], map(self._dressed, drawn)
+                    self._drawn[strategy.name] = [], map(self._shown, drawn)
                 had, more = self._drawn[strategy.name]
                 had += islice(more, int(at == len(had)))
             yield from had[at : at + 1]

@@ -231,7 +231,10 @@ class EngineRunner:
         try:
             if (
                 not all(
-                    run.holds(case) for scene in self._drawing.scenes(each) for case in question.cases(scene)
+                    run.holds(case)
+                    for scene in self._drawing.scenes(each)
+                    if isinstance(scene, Scene)
+                    for case in question.cases(scene)
                 )
                 and plan.shrink
             ):

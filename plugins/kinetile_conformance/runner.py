@@ -225,6 +225,8 @@ class CheckRun:
         self.count += 1
         begin_scene()
         try:
+            if isinstance(scene, Refused):
+                raise scene
             self._observe(self.count, scene, None)
             self.look(scene)
         except Refused as error:
@@ -332,7 +334,7 @@ class Runner:
         result = result if run.message is None else self._failed(run, replace(result, reason=""))
         return replace(result, seconds=spent() - began)
 
-    def _scenes(self, run: CheckRun) -> Iterator[Scene]:
+    def _scenes(self, run: CheckRun) -> Iterator[Scene | Refused]:
         """Yields the scenes of a check; drawing them takes nothing of its time."""
         scenes = self._drawing.scenes(run.each)
         for run.number in count(1):
