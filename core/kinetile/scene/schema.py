@@ -145,11 +145,7 @@ class _Faults:
             self.of_table(place, field, given)
         elif isinstance(field, Table) or not field.has_form(given):
             self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
-        elif isinstance(given, dict) or place[-1] == "narrow-phases":
-            self._of_few(place, given)
-
-    def _of_few(self, place: Place, given: Any) -> None:
-        if len(given) > _MOST:
+        elif (isinstance(given, dict) or place[-1] == "narrow-phases") and len(given) > _MOST:
             self.mistakes[place] = Mistake(written(place), f"{len(given):,} entries", f"at most {_MOST}")
         elif place == ("options",):
             for name, options in given.items():
