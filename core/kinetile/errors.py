@@ -155,9 +155,6 @@ class Refused(KinetileError, ValueError):
 class NoRoom(Refused):
     """A body that is to be inserted has no room. Its message is made when it is read."""
 
-    def __init__(self, text: Callable[[], str] | str) -> None:
-        super().__init__(text)
-
     def __str__(self) -> str:
         if callable(self.args[0]):
             self.args = (legible(self.args[0](), _LONGEST_LINE),)

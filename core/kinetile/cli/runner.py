@@ -155,8 +155,7 @@ def _write_encounters(
             np.concatenate([np.zeros(0, LOG), *(rows or ())]), simulation.scene, simulation.time
         )
     names = {number: name for name, number in simulation.scene.numbers.items()}
-    found = encounters(trajectory).tolist()
-    lines = [(names.get(a, a), names.get(b, b), *rest) for a, b, *rest in found]
+    lines = [(names.get(a, a), names.get(b, b), *rest) for a, b, *rest in encounters(trajectory).tolist()]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([ENCOUNTER.names or (), *lines])
     write_file(path, text.getvalue())

@@ -287,7 +287,6 @@ class ContactResponse(Protocol):
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts for a scene; raises ``errors.Refused`` for one that this response cannot do."""
-        ...
 
 
 class BroadPhase(Protocol):
@@ -295,7 +294,6 @@ class BroadPhase(Protocol):
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts for a scene; raises ``errors.Refused`` for one that this phase cannot do."""
-        ...
 
 
 class NarrowPhase(Protocol):
@@ -303,7 +301,6 @@ class NarrowPhase(Protocol):
 
     def prepare(self, scene: Scene) -> PairParts | WallParts:
         """Returns the parts for a scene; raises ``errors.Refused`` for one that this phase cannot do."""
-        ...
 
 
 MOST = 2**31 - 1

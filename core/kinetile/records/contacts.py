@@ -51,8 +51,7 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
             else:
                 yield _numbers(text, source, number)
 
-    rows = np.fromiter(contacts(), CONTACT_LINE)
-    return ContactLines(rows, fingerprint)
+    return ContactLines(np.fromiter(contacts(), CONTACT_LINE), fingerprint)
 
 
 def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:

@@ -31,7 +31,7 @@ from kinetile.kernel.log import INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason, record_errors
 from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
-from kinetile.records.reading import KindsByHand
+from kinetile.records.reading import KindsByHand, read_events
 from kinetile.run.interrupts import Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.simulation import Simulation
@@ -173,8 +173,6 @@ class EventRecorder:
     def _earlier(self) -> NDArray[Any]:
         if self._behind is None or not self._target.exists():
             return np.zeros(0, LOG)
-        from kinetile.records.reading import read_events
-
         found = read_events(self._target)
         rows, seal = found.rows[: self._behind.rows], Seal()
         seal.add(rows)

@@ -46,12 +46,11 @@ def open_alone(partial: Path, overwrite: bool, *, as_it_is: bool = False, mode: 
                     f"{partial}` makes an event file of it; then remove it"
                 )
             if file.is_at(partial):  # else it has been renamed since it was opened
-                if as_it_is:
-                    return file
-                if not overwrite:
-                    _check_contents(file, partial)
-                os.lseek(descriptor, 0, os.SEEK_SET)
-                os.ftruncate(descriptor, 0)
+                if not as_it_is:
+                    if not overwrite:
+                        _check_contents(file, partial)
+                    os.lseek(descriptor, 0, os.SEEK_SET)
+                    os.ftruncate(descriptor, 0)
                 return file
         except BaseException:
             file.close()

@@ -271,8 +271,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             engine.build()
             if event is not None and event.kind in ("remove", "move"):  # after the passings that it ends
                 ended = sum(a > b for *_, a, b in pending_events)
-                command = (event.epoch, event.tick, event.bodies[0], _CODES[event.kind])
-                pending_events.insert(ended, command)
+                pending_events.insert(ended, (event.epoch, event.tick, event.bodies[0], _CODES[event.kind]))
             elif event is not None and event.kind in ("structural", "turn", "accelerate", "kind", "insert"):
                 return event
         elif end.ticks is None and engine.next_command is None and engine.rests:

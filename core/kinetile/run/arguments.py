@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
@@ -31,9 +31,9 @@ from kinetile.scene.checks import (
     Extent,
     is_finite,
     is_number,
+    read_count,
     shown,
 )
-from kinetile.scene.checks import read_count as read_count
 from kinetile.scene.commands import check_command, check_move, numbered, shape_of, with_shape
 from kinetile.scene.frame import check_pull
 from kinetile.scene.reader import pull_of
@@ -73,18 +73,6 @@ def read_box(value: object) -> Box:
     return left, bottom, right, top
 
 
-def read_cast_body(value: object) -> tuple[Point, Outline]:
-    """Returns the place of a body that is cast, and its core and radius; ValueError for anything else."""
-    what = f"what is cast is (x, y, radius), three finite numbers, {_SIZE}, or (x, y, shape)"
-    if isinstance(value, tuple | list) and len(value) == 3 and isinstance(value[2], Shape):
-        x, y = _read_numbers(value[:2], 2, what)
-        return (x, y), (value[2].core, value[2].radius)
-    x, y, radius = _read_numbers(value, 3, what)
-    if radius < 0.0:
-        raise ValueError(f"{what}, with a radius of at least 0; found {shown(value)}")
-    return (x, y), (DISC, radius)
-
-
 def read_length(value: Any, name: str) -> float:
     """Returns a length; ValueError for anything else."""
     if not is_finite(value) or not 0.0 <= value <= LARGEST:
@@ -111,19 +99,24 @@ def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
 
 
 def read_cast(
-    body: object, velocity: object, acceleration: object, scene: Scene, horizon: float
+    body: Any, velocity: object, acceleration: object, scene: Scene, horizon: float
 ) -> tuple[Point, Outline, Point, Point]:
     """Returns place, core and radius, velocity, and acceleration of a body that is cast, for ``horizon`` of
     the scene's time where axes are periodic; ValueError for anything else."""
-    (place, outline), (vx, vy) = read_cast_body(body), read_point(velocity, "a velocity")
+    what = f"what is cast is (x, y, radius), three finite numbers, {_SIZE}, or (x, y, shape)"
+    shaped = isinstance(body, tuple | list) and len(body) == 3 and isinstance(body[2], Shape)
+    x, y, *size = _read_numbers(body[:2] if shaped else body, 2 if shaped else 3, what)
+    if size and size[0] < 0.0:
+        raise ValueError(f"{what}, with a radius of at least 0; found {shown(body)}")
+    outline = (body[2].core, body[2].radius) if shaped else (DISC, size[0])
+    vx, vy = read_point(velocity, "a velocity")
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
     pull = scene.gravity if acceleration is None else read_point(acceleration, "an acceleration")
-    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
-    for mistake in check_pull("", pull, extent):
+    for mistake in check_pull("", pull, scene.periodic):
         raise ValueError(f"the acceleration of what is cast is {mistake.found}; expected {mistake.expected}")
-    return place, outline, (vx, vy), pull
+    return (x, y), outline, (vx, vy), pull
 
 
 def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> None:
@@ -213,10 +206,8 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
 
 def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
     """Returns turns of bodies, (n, 2) velocities or one for all; IndexError and ValueError for wrong ones."""
-    numbers, pairs, no_faster = _bodies_and_pairs(engine, bodies, velocities, "velocity")
-    rows, smallest = engine.command_rows(TURNED, len(numbers)), engine.bounds.smallest
-    rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
-    rows["body"] = numbers
+    rows, pairs, no_faster = _rows_and_pairs(engine, TURNED, bodies, velocities, "velocity")
+    smallest = engine.bounds.smallest
     rows["vx"], rows["vy"] = pairs[:, 0], pairs[:, 1]
     if _is_too_fast(engine, no_faster, smallest):
         _check_speed(engine, float(np.hypot(*pairs.T).max(initial=0.0)), smallest)
@@ -228,17 +219,16 @@ def read_accelerations(
 ) -> tuple[Rows, Scene]:
     """Returns what gives bodies (n, 2) accelerations, or one for all, in a run to a time; and the scene, or
     a wider one, in which they may have them. IndexError and ValueError for wrong ones."""
-    numbers, pairs, _ = _bodies_and_pairs(engine, bodies, accelerations, "acceleration")
-    rows, scene = engine.command_rows(ACCELERATED, len(numbers)), engine.scene
-    rows["mass"] = engine.k.mass.take(_slots_of(engine, numbers))
-    rows["body"] = numbers
+    rows, pairs, _ = _rows_and_pairs(engine, ACCELERATED, bodies, accelerations, "acceleration")
     rows["ax"], rows["ay"] = (pairs + 0.0).T
-    for body, mass, pull in zip(numbers.tolist(), rows["mass"].tolist(), pairs.tolist(), strict=True):
-        wrong = VALUES["acceleration"].expected(pull) or _unfit_pull(engine, pull, until)
+    prepared = engine.composition.prepared
+    columns = (rows["body"], rows["mass"], pairs)
+    for body, mass, pull in zip(*(each.tolist() for each in columns), strict=True):
+        wrong = VALUES["acceleration"].expected(pull) or unfit_pull(prepared, (pull[0], pull[1]), until)
         if wrong or (mass == math.inf and any(pull)):
             wrong = wrong or "none: nothing moves a body of infinite mass"
             raise ValueError(f"the acceleration of body {body} is {shown(pull)}; expected {wrong}")
-    return rows, _with_pull(scene, np.abs(pairs).max(axis=0, initial=0.0).tolist())
+    return rows, _with_pull(engine.scene, np.abs(pairs).max(axis=0, initial=0.0).tolist())
 
 
 def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
@@ -252,11 +242,11 @@ def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
     return pairs if pairs.shape == (count, 2) else np.broadcast_to(pairs, (count, 2))
 
 
-def _bodies_and_pairs(
-    engine: Engine, bodies: object, given: object, what: str
-) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], float]:
-    """Returns (n,) numbers of bodies; (n, 2) finite numbers, given as such or as one pair for all; and a
-    length that no pair exceeds."""
+def _rows_and_pairs(
+    engine: Engine, code: int, bodies: object, given: object, what: str
+) -> tuple[Rows, npt.NDArray[np.float64], float]:
+    """Returns commands of a code for n bodies; (n, 2) finite numbers, given as such or as one pair for all;
+    and a length that no pair exceeds."""
     try:
         numbers = np.array(bodies, ndmin=1)
     except ValueError:  # rows of different lengths
@@ -279,7 +269,9 @@ def _bodies_and_pairs(
             raise ValueError(f"{article} {what} is two finite numbers; found {shown(given[0])}")
         expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
         raise ValueError(f"{article} {what} is two finite numbers; {expected}; found {shown(given)}")
-    return numbers, pairs, 2.0 * math.sqrt(squares)
+    rows = engine.command_rows(code, len(numbers))
+    rows["mass"], rows["body"] = engine.k.mass.take(_slots_of(engine, numbers)), numbers
+    return rows, pairs, 2.0 * math.sqrt(squares)
 
 
 def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
@@ -365,11 +357,6 @@ def _cannot_come(why: str) -> ValueError:
     return ValueError(f"this body cannot come: {why}")
 
 
-def _unfit_pull(engine: Engine, pull: Sequence[float], until: float) -> str:
-    ax, ay = pull
-    return unfit_pull(engine.composition.prepared, (ax, ay), until)
-
-
 def _with_pull(scene: Scene, largest: Sequence[float]) -> Scene:
     """Returns a scene in which accelerations differ and may be as large as this along x and y."""
     ax, ay = map(abs, largest)
@@ -381,7 +368,7 @@ def _scene_of(engine: Engine, new: Insert, until: float) -> Scene:
     """Returns the scene, or a wider one, in which an inserted body has its acceleration; ValueError for one
     that is not possible."""
     scene, pull = engine.scene, pull_of(new, engine.scene.gravity)
-    if wrong := _unfit_pull(engine, pull, until):
+    if wrong := unfit_pull(engine.composition.prepared, pull, until):
         raise _cannot_come(f"its acceleration is {shown(list(pull))}, expected {wrong}")
     usual = tuple(scene.acceleration[0].tolist()) if len(scene) else scene.gravity
     return scene if pull == usual and scene.uniform else _with_pull(scene, pull)
@@ -455,11 +442,6 @@ def column(name: str, given: Any, many: int) -> list[Any]:
     except TypeError:
         raise ValueError(f"{name} is {shown(given)}; expected one value, or one for each body") from None
     return values
-
-
-def read_removal(engine: Engine, body: object) -> Rows:
-    """Returns the command that removes a body now; IndexError if it is not present."""
-    return engine.command_rows(REMOVED, body=read_body(engine, body))
 
 
 def read_kind(engine: Engine, body: object, kind: object) -> Rows:

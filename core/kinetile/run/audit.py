@@ -357,9 +357,7 @@ def _contact_times(k: Kernel, tables: Any, composition: Composition, near: Pairs
     every = np.concatenate([near, expected])
     meetings, images, walls = _computed_again(k, tables, composition, every)
     yield from _of_walls(k, walls)
-    yield from _of_partners(k, known, meetings[len(near) :])
-    if len(k.images):
-        yield from _of_images(k, known, images[len(near) :])
+    yield from _of_partners(k, known, meetings[len(near) :], images[len(near) :])
     meetings = meetings[: len(near)]
     if composition.mixed:  # bounds say nothing of what is after the end of a chord
         meetings = np.where(meetings < k.bodies.end[near].min(axis=1, initial=NEVER), meetings, NEVER)
@@ -401,22 +399,19 @@ def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
         yield Complaint(f"{text}, but by its plan they meet {said_tick(walls[body])}", (body,))
 
 
-def _of_partners(k: Kernel, known: Integers, meetings: Integers) -> Iterator[Complaint]:
-    """A body meets its partner at the tick of its entry, or not before if that is a guess."""
+def _of_partners(k: Kernel, known: Integers, meetings: Integers, images: Integers) -> Iterator[Complaint]:
+    """A body meets its partner at the tick of its entry, or not before if that is a guess; a contact whose
+    tick is exact is awaited through the image through which it is."""
     tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
+    pairs = np.sort(np.column_stack([known, k.queue.partner[known]]), axis=1).tolist()
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
-        a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
+        a, b = pairs[at]
         text = f"the contact of bodies {a} and {b} is awaited {said_tick(tick[at])}"
         text += "" if exact[at] else " at the earliest"
         yield Complaint(f"{text}, but by their plans they meet {said_tick(meetings[at])}", (a, b))
-
-
-def _of_images(k: Kernel, known: Integers, images: Integers) -> Iterator[Complaint]:
-    """A contact whose tick is exact is awaited through the image through which it is."""
-    found = np.column_stack([k.images.m, k.images.n])[known]
-    meets = (k.queue.exact[known] == 1) & (k.queue.tick[known] != NEVER)
-    for at in np.flatnonzero(meets & (found != images).any(axis=1)).tolist():
-        a, b = sorted((int(known[at]), int(k.queue.partner[known[at]])))
+    found = np.column_stack([k.images.m, k.images.n])[known] if len(k.images) else images
+    for at in np.flatnonzero(exact & (tick != NEVER) & (found != images).any(axis=1)).tolist():
+        a, b = pairs[at]
         text = f"the contact of bodies {a} and {b} is awaited through the image {found[at].tolist()}"
         yield Complaint(f"{text}, but by their plans it is through {images[at].tolist()}", (a, b))
 

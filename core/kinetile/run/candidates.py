@@ -60,11 +60,6 @@ def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     return np.column_stack([pairs >> 32, pairs & 0xFFFFFFFF]).astype(named.dtype)
 
 
-def candidates(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[np.int32]:
-    """Returns the candidate pairs (a, b), a < b, by the numbers of the bodies, sorted; (m, 2)."""
-    return pairs_of_named(by_number(k, named_near(k, composition, tables)))
-
-
 def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Returns pairs of slots as pairs of the numbers of the bodies in them."""
     return np.asarray(k.queue["number"])[named]

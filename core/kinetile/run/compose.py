@@ -338,8 +338,7 @@ def _compose(scene: Scene, name: str, narrow: Named, options: Options | None) ->
     try:
         return _prepared(scene, name, narrow, options)
     except (_BroadPhaseRefuses, TooThick) as refused:
-        named = registry().spec("broad phase", name).name
-        fit = accepting(scene, narrow, {named: options or {}})
+        fit = accepting(scene, narrow, {registry().spec("broad phase", name).name: options or {}})
         others = ", ".join(write_phase(*each) for each in fit) or "none that is installed"
         raise Refused(f"{refused}; broad phases that accept this scene: {others}") from refused
     except NotTaken as refused:

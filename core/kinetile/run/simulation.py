@@ -28,7 +28,7 @@ from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
 from kinetile.run.callbacks import OnContact, read_calls
-from kinetile.run.candidates import by_number, candidates, drawn, named_near
+from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import Recorder, RowFunction
 from kinetile.run.engine.engine import Engine, Kept
@@ -44,7 +44,7 @@ from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_w
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import WALL
+from kinetile.scene.checks import WALL, read_count
 from kinetile.scene.commands import name_like
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
@@ -148,11 +148,10 @@ class Simulation(Moment):
         room: int | None = None,
     ) -> None:
         if audit is not None:
-            audit = arguments.read_count(audit, "audit", "contacts", 1)
+            audit = read_count(audit, "audit", "contacts", 1)
         if room is not None:
-            room = max(arguments.read_count(room, "room"), len(scene))
-        lives = live or Commands.of(scene) == Commands.ALL
-        prepared = Prepared.of(scene, room) if lives else scene
+            room = max(read_count(room, "room"), len(scene))
+        prepared = Prepared.of(scene, room) if live or Commands.of(scene) == Commands.ALL else scene
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
@@ -557,7 +556,8 @@ class Simulation(Moment):
     def remove(self, body: int) -> None:
         """Removes a body now, with its events. Raises IndexError if it is not present, and BusyError."""
         with _Alone(self, "let a body go"):
-            self._engine.carry_out(REMOVED, arguments.read_removal(self._engine, body))
+            number = arguments.read_body(self._engine, body)
+            self._engine.carry_out(REMOVED, self._engine.command_rows(REMOVED, body=number))
 
     def recorded(self) -> Scene:
         """Returns the scene together with all interactive commands, each at its exact time, and
@@ -577,7 +577,7 @@ class Simulation(Moment):
 
     def contacts_since(self, count: int) -> npt.NDArray[np.void]:
         """Returns the contacts after the first ``count``; ValueError if none are kept, or below 0."""
-        return self._engine.ledger.contacts_since(arguments.read_count(count, "count", "contacts"))
+        return self._engine.ledger.contacts_since(read_count(count, "count", "contacts"))
 
     @property
     def fingerprint(self) -> str:
@@ -627,8 +627,7 @@ class Simulation(Moment):
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
         """Returns the candidate pairs now, (k, 2), a < b, sorted."""
-        self.build()
-        return candidates(self._engine.k, self._engine.composition, self._engine.packed[0])
+        return pairs_of_named(self.near())
 
     def near(self) -> npt.NDArray[np.int32]:
         """Returns the near bodies of each body now, (k, 2): (a, b) if the broad phase names b as near a."""
@@ -762,7 +761,7 @@ class Simulation(Moment):
             raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
         centre = arguments.read_point(point, "a point")
         length = None if radius is None else arguments.read_length(radius, "radius")
-        count = None if k is None else arguments.read_count(k, "k")
+        count = None if k is None else read_count(k, "k")
         return self._bodies_of(places.bodies_near(self._among(kinds), centre, length, count))
 
     def ray(
@@ -792,7 +791,7 @@ class Simulation(Moment):
         """
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         length = arguments.read_within(within, self.scene, towards)
-        count = None if most is None else arguments.read_count(most, "most")
+        count = None if most is None else read_count(most, "most")
         hits = places.ray(self._among(kinds), start, towards, count, length)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
 
@@ -914,8 +913,7 @@ def composition_of(simulation: Simulation) -> Composition:
 
 
 def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:
-    known = query.composition.prepared.kinds
-    wanted = [number for number, kind in enumerate(known) if kind in kinds]
+    wanted = [number for number, kind in enumerate(query.composition.prepared.kinds) if kind in kinds]
     if not len(query.k.rules):  # one kind for all
         return query if wanted else replace(query, slots=query.slots[:0])
     return replace(query, slots=query.slots[np.isin(query.k.traits.kind[query.slots], wanted)])

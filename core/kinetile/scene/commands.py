@@ -209,8 +209,7 @@ def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mi
     if not isinstance(shape, Shape):
         if VALUES["shape"].expected(shape) or shape >= len(table):
             numbers = f"the number of one, 0 to {len(table) - 1}" if table else f"with its number {_SHAPES}"
-            wanted = f"a shape, or {numbers}"
-            mistakes.append(Mistake(f"{where}.shape", shown(shape), wanted))
+            mistakes.append(Mistake(f"{where}.shape", shown(shape), f"a shape, or {numbers}"))
             return None
         shape = table[shape]
     if not is_finite(command.radius) or command.radius not in (0.0, shape.reach):

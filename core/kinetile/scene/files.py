@@ -115,7 +115,12 @@ def dumps_scene(scene: Scene) -> str:
         for turn in turns.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
-    text = "\n".join([*lines, *commands, *_written_responses(scene), ""])
+    lines += commands
+    for pair, response in scene.responses:
+        lines += ["", "[[responses]]", f"between = {_toml(list(pair))}", f"response = {_toml(response.name)}"]
+        if response.options:
+            lines.append(f"options = {_toml(response.options, f'responses.{response.name}')}")
+    text = "\n".join([*lines, ""])
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -489,13 +494,4 @@ def _written_commands(scene: Scene) -> list[str]:
             name = next(name for name, kind in _KINDS.items() if isinstance(each, kind))
             given = {name: given.pop("body"), **given}
         lines += [f"{key} = {_toml(value)}" for key, value in given.items()]
-    return lines
-
-
-def _written_responses(scene: Scene) -> list[str]:
-    lines = []
-    for pair, response in scene.responses:
-        lines += ["", "[[responses]]", f"between = {_toml(list(pair))}", f"response = {_toml(response.name)}"]
-        if response.options:
-            lines.append(f"options = {_toml(response.options, f'responses.{response.name}')}")
     return lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.errors import Mistake
-from kinetile.scene.checks import FARTHEST_START, Extent, is_finite, shown
+from kinetile.scene.checks import FARTHEST_START, is_finite, shown
 from kinetile.scene.values import VALUES
 
 
@@ -33,10 +33,10 @@ def check_periodic(periodic: object, arena: bool) -> list[Mistake]:
     return wrong
 
 
-def check_pull(where: str, given: Any, extent: Extent | None) -> list[Mistake]:
+def check_pull(where: str, given: Any, periodic: str) -> list[Mistake]:
     """Checks that an acceleration is along no periodic axis."""
     pulls = dict(zip("xy", map(float, given), strict=True))
-    along = [axis for axis, pull in pulls.items() if pull and extent and axis in extent.periodic]
+    along = [axis for axis, pull in pulls.items() if pull and axis in periodic]
     wanted = f"none along {' and '.join(along)}, which is periodic: nothing stops a fall there"
     return [Mistake(where, shown(list(given)), wanted)] if along else []
 

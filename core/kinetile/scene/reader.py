@@ -120,16 +120,17 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes += framed + wrong
     known_arena = given.arena is not None and "arena" not in amiss
     sides = (float(given.arena[0]), float(given.arena[1])) if known_arena else None
-    extent = None if sides is None else Extent(sides, "" if wrong else given.periodic)
+    periodic = "" if wrong or sides is None else given.periodic
+    extent = None if sides is None else Extent(sides, periodic)
     walls_known = not (wrong or "arena" in amiss)
-    gravity = _read_gravity(given, extent, walls_known, mistakes)
+    gravity = _read_gravity(given, periodic, walls_known, mistakes)
     pulls = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)  # (n, 2), of each body
     if given.acceleration is not None:
         own = read_accelerations(given.acceleration, bodies, places.unread.get("acceleration"), mistakes)
         pulls = np.where(np.isnan(own), pulls, own + 0.0)
     pulling = _pulling(commands)
     if walls_known:
-        mistakes += _check_pulls(bodies, pulls, commands, pulling, extent)
+        mistakes += _check_pulls(bodies, pulls, commands, pulling, periodic)
     pull = _largest(pulls, pulling, gravity)
     if given.arena is None and until is None and any(pull):
         right = "an end, or an arena: without either accelerated bodies fall for ever"
@@ -293,14 +294,14 @@ def _read_rules(
 
 
 def _read_gravity(
-    given: Given, extent: Extent | None, walls_known: bool, mistakes: list[Mistake]
+    given: Given, periodic: str, walls_known: bool, mistakes: list[Mistake]
 ) -> tuple[float, float]:
     """Returns the acceleration of all bodies of finite mass that have none of their own."""
     if given.gravity is None:
         return (0.0, 0.0)
     wrong = VALUES["gravity"].mistakes(given.gravity, "gravity")
     if not wrong and walls_known:
-        wrong = check_pull("gravity", given.gravity, extent)
+        wrong = check_pull("gravity", given.gravity, periodic)
     mistakes += wrong
     return (0.0, 0.0) if wrong else (float(given.gravity[0]) + 0.0, float(given.gravity[1]) + 0.0)
 
@@ -316,9 +317,8 @@ def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple
 def _pulling(commands: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
     """Returns those commands that say an acceleration, and one that is right by itself."""
     wrong = VALUES["acceleration"].expected
-    said = [(where, each) for where, each in commands if isinstance(each, Insert | Accelerate)]
-    own = [(where, each) for where, each in said if each.acceleration is not None]
-    return [(where, each) for where, each in own if not wrong(each.acceleration)]
+    said = (pair for pair in commands if isinstance(pair[1], Insert | Accelerate))
+    return [pair for pair in said if pair[1].acceleration is not None and not wrong(pair[1].acceleration)]
 
 
 def _check_pulls(
@@ -326,11 +326,11 @@ def _check_pulls(
     pulls: Floats,
     commands: Sequence[tuple[str, Any]],
     pulling: Sequence[tuple[str, Any]],
-    extent: Extent | None,
+    periodic: str,
 ) -> list[Mistake]:
     mistakes = []
     for k in np.flatnonzero(pulls.any(axis=1)).tolist()[:1]:
-        mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), extent)
+        mistakes = check_pull(f"bodies[{k}].acceleration", pulls[k].tolist(), periodic)
     mass = dict(enumerate(bodies.mass.tolist()))
     inserted = [each for _, each in commands if isinstance(each, Insert) and is_number(each.body)]
     mass |= {each.body: each.mass for each in inserted}
@@ -339,7 +339,7 @@ def _check_pulls(
         own = each.mass if isinstance(each, Insert) else known
         if any(each.acceleration) and own == math.inf:
             mistakes.append(Mistake(f"{where}.acceleration", shown(list(each.acceleration)), FIXED))
-        mistakes += check_pull(f"{where}.acceleration", each.acceleration, extent)
+        mistakes += check_pull(f"{where}.acceleration", each.acceleration, periodic)
     return mistakes
 
 

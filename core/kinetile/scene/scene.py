@@ -122,8 +122,7 @@ class Scene:
     ) -> None:
         columns = (position, velocity, radius, mass)
         more = (commands, unit, kind, responses, kinds, periodic, shape, shapes, gravity, acceleration)
-        given = Given(*columns, arena, turns, start, settings, origin, *more, names)
-        fill(self, given, NO_FILE)
+        fill(self, Given(*columns, arena, turns, start, settings, origin, *more, names), NO_FILE)
 
     if not TYPE_CHECKING:  # mypy finds attributes that are not there
 
@@ -169,8 +168,7 @@ class Scene:
         if changes.get("shape") is not None:
             given = given._replace(radius=None)
         if "turns" in changes and "commands" not in changes:
-            kept = [each for each in self.commands if not isinstance(each, Turn)]
-            given = given._replace(commands=kept)
+            given = given._replace(commands=[each for each in self.commands if not isinstance(each, Turn)])
         return scene_of(given._replace(origin=None)._replace(**changes))
 
     @property
@@ -238,8 +236,7 @@ class Scene:
         """Whether the scene has kinds, or contacts other than elastic ones of movable bodies."""
         coming = [command.mass for command in self.commands if isinstance(command, Insert)]
         static = math.inf in coming or bool(np.isinf(self.mass).any())
-        kinds = bool(self.responses) or self.kinds != (0,)
-        return kinds or static
+        return static or bool(self.responses) or self.kinds != (0,)
 
     @property
     def meets(self) -> list[list[Response]]:

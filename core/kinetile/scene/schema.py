@@ -145,11 +145,7 @@ class _Faults:
             self.of_table(place, field, given)
         elif isinstance(field, Table) or not field.has_form(given):
             self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
-        elif isinstance(given, dict) or place[-1] == "narrow-phases":
-            self._of_few(place, given)
-
-    def _of_few(self, place: Place, given: Any) -> None:
-        if len(given) > _MOST:
+        elif (isinstance(given, dict) or place[-1] == "narrow-phases") and len(given) > _MOST:
             self.mistakes[place] = Mistake(written(place), f"{len(given):,} entries", f"at most {_MOST}")
         elif place == ("options",):
             for name, options in given.items():
@@ -240,21 +236,15 @@ _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*+(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEP
 _WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 
 
-def read_bytes(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> bytes:
-    """Returns the content of a regular file; OSError for another (a pipe), SceneError for too large a one."""
+def read_text(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> str:
+    """Returns the text of a regular file, without a mark of byte order; OSError for another (a pipe),
+    SceneError for too large a one, and for what is not UTF-8."""
     with open_regular(path) as file:
         size = max(os.fstat(file.fileno()).st_size, MOST_BYTES)  # of which a buffer is made
         data = file.read(min(max_bytes, size) + 1)
     if len(data) > max_bytes:
         more = "at most so many; max_bytes of kinetile.load_scene allows more"
         raise SceneError([Mistake("the file", f"more than {max_bytes:,} bytes", more)], os.fspath(path))
-    return data
-
-
-def read_text(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> str:
-    """Returns the text of a file, without a mark of byte order; raises as ``read_bytes``, and SceneError for
-    what is not UTF-8."""
-    data = read_bytes(path, max_bytes)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

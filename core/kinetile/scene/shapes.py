@@ -390,8 +390,7 @@ def are_given(shape: object, shapes: object) -> bool:
     """Whether arguments of a scene have shapes; -1 for every body, beside no table, are discs."""
     if not isinstance(shapes, tuple | list) or shapes:
         return True
-    discs = shape is None or (isinstance(shape, np.ndarray) and bool((shape == -1).all()))
-    return not discs
+    return shape is not None and not (isinstance(shape, np.ndarray) and bool((shape == -1).all()))
 
 
 def overlapping_shapes(

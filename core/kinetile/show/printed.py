@@ -86,8 +86,7 @@ def figure_bytes(figure: Any, form: str, **options: Any) -> bytes:
 
 def as_pixels(picture: Picture, width: int, caption: str) -> npt.NDArray[np.uint8]:
     """Returns a picture as an array of pixels, (height, width, 4), with a text below it; one taller than
-    twice its width is drawn smaller. Raises MissingExtra without matplotlib."""
-    check_printing("Drawing a film")
+    twice its width is drawn smaller."""
     (left, bottom), (right, top) = picture.low, picture.high
     inner = width - 2 * _MARGIN
     scale = min(inner / (right - left), 2 * inner / (top - bottom))

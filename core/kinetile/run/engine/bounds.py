@@ -19,7 +19,6 @@ from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import Kernel
 from kinetile.run.prepared import widened
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import Extent
 from kinetile.scene.frame import check_pull
 from kinetile.toolbox.reach import drop_of, margin_of, speed_bound
 
@@ -68,8 +67,7 @@ def squares_of_bodies(k: Kernel) -> float:
 def unfit_pull(scene: Scene, pull: tuple[float, float], until: float = -math.inf) -> str:
     """Returns what is expected in the place of an acceleration that a run of a scene to a time cannot have;
     "" for one that it can."""
-    extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
-    for mistake in check_pull("", pull, extent):
+    for mistake in check_pull("", pull, scene.periodic):
         return mistake.expected
     largest, last = (abs(pull[0]), abs(pull[1])), scene.settings.until
     if all(each <= most for each, most in zip(largest, scene.pull, strict=True)):

@@ -309,8 +309,7 @@ class History:
         for base, several in groupby(self._last, itemgetter(0)):
             rows = b"".join(each for _, each in several)
             if not self._bases or self._bases[-1][1] != base:
-                first = sum(map(len, self._rows)) // COMMAND.itemsize
-                self._bases = (*self._bases, (first, base))
+                self._bases = (*self._bases, (sum(map(len, self._rows)) // COMMAND.itemsize, base))
             came = _inserted(np.frombuffer(rows, COMMAND))
             self._inserted = _joined(self._inserted, came) if came else self._inserted
             self._rows = _joined(self._rows, rows)

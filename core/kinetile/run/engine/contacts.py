@@ -266,8 +266,7 @@ class Ledger:
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
         aside, self._held = self._held, []
         for rows, base, bent in aside:
-            clock = replace(self._clock, base=base)
-            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock, bent))
+            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), replace(self._clock, base=base), bent))
         return self._unrecorded
 
 

@@ -738,7 +738,7 @@ class Engine(Tables):
         """Makes this engine what it was: its own tables have their contents of then again."""
         vars(self).update(kept.values)
         for table, content in kept.tables:
-            layout.fill(table, content)
+            layout.as_bytes(table)[...] = content
         self.clock.base, self.ledger.entries, self.agenda = kept.base, kept.entries, Agenda(kept.later)
         self._taken = None
 

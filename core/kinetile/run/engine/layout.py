@@ -282,12 +282,6 @@ def _shift(k: Kernel, ticks: float) -> int:
     return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
 
 
-def fill(table: npt.NDArray[Any], content: npt.NDArray[Any]) -> None:
-    """Restores the copied contents of a table, bit for bit. Read-only arrays have not changed."""
-    if table.flags.writeable:
-        as_bytes(table)[...] = content
-
-
 def as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Returns records as bytes, padding included, which are copied ten times as fast, and other arrays as
     they are: not a copy."""

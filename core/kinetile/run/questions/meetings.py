@@ -98,8 +98,7 @@ def next_contact_of(
         return None
     one, other = int(query.k.queue.number[a]), first.other
     if other >= 0:
-        pair = (one, int(query.k.queue.number[other]))
-        one, other = sorted(pair, reverse=first.kind == PARTING)
+        one, other = sorted((one, int(query.k.queue.number[other])), reverse=first.kind == PARTING)
     return NextContact(*_moment_of(query, first.tick), one, other)
 
 
