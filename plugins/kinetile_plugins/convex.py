@@ -494,8 +494,8 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
     return int(plan.anchor - 1)
 
 
-def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
-    """Returns the hook ``line_of``, of straight flight plans or of others (rule 9t)."""
+def _lines(bent: bool) -> tuple[Callable[..., tuple[float, float, float]], Callable[..., float]]:
+    """Returns the hook ``line_of`` and that of its depth, of straight flight plans or of others (rule 9t)."""
 
     @hook
     def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
@@ -535,10 +535,17 @@ def _lines(bent: bool) -> Callable[..., tuple[float, float, float]]:
         distance = math.sqrt(x * x + y * y)
         return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
 
-    return line_of
+    @hook
+    def overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
+        """Returns how deep two bodies overlap if their places are so far apart."""
+        _, _, depth = line_of(k, early, late, dx, dy)
+        return depth
+
+    return line_of, overlap
 
 
-line_of, bent_line_of = _lines(False), _lines(True)
+line_of, shapes_overlap = _lines(False)
+bent_line_of, bent_shapes_overlap = _lines(True)
 collide, touch = hooks_of(line_of, False)
 collide_images, touch_images = hooks_of(line_of, True)
 collide_bent, touch_bent = hooks_of(bent_line_of, False)
@@ -555,13 +562,6 @@ def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
 
 
 @hook
-def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """Returns how deep two bodies overlap if their places are so far apart."""
-    _, _, depth = line_of(k, early, late, dx, dy)
-    return depth
-
-
-@hook
 def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
     """As ``shapes_touch``, of bodies with accelerations (rules 5t and 7t)."""
     row = row_of(k, early, late)
@@ -572,13 +572,6 @@ def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int
         met = met_through(k, early, late, plans)
     low = counts_from(k, early, late, k.bodies[late].anchor)
     return int(bent_enters(pointer(k.numbers), row, plans, int(met), low))
-
-
-@hook
-def bent_shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """As ``shapes_overlap``, of bodies with accelerations."""
-    _, _, depth = bent_line_of(k, early, late, dx, dy)
-    return depth
 
 
 meet = meet_of(shapes_touch, shapes_overlap)

@@ -279,7 +279,8 @@ def _certificate(k: Kernel, lists: Lists, row: int, foot: float | None = None) -
     if at + 1 == len(order) and not period:
         return
     first, other = int(order[at]), int(order[(at + 1) % len(order)])
-    failing = int(due[first]), _outcome(first, other)
+    passing = "pass" if first & 1 == other & 1 else "meet" if first & 1 else "part"
+    failing = int(due[first]), passing
     if lists.shares[row].all():
         yield Segment("certificate", _rim(lists, row, first), _rim(lists, row, other), *failing)
         return
@@ -321,9 +322,3 @@ def _rim(lists: Lists, row: int, bound: int, along: float = 0.0) -> Point:
 
 def _point(along: Coordinate, across: Coordinate, axis: int) -> Point:
     return (along, across) if axis == 0 else (across, along)
-
-
-def _outcome(left: int, right: int) -> str:
-    if left & 1 == right & 1:
-        return "pass"
-    return "meet" if left & 1 else "part"

@@ -114,7 +114,10 @@ class Attempt:
             del self._events[key]
             kind, a, b = key
             if kind == TURN:
-                self._turn()
+                _, turn = self._turns.pop()
+                self._enter_turn()
+                self._fly(turn.body, (exact(turn.velocity[0]), exact(turn.velocity[1])))
+                self._enter_all(turn.body)
             else:
                 yield self._bounce(a, b, coming) if kind == WALL else self._collide(a, b, coming)
                 self._look_for_a_jam()
@@ -293,13 +296,6 @@ class Attempt:
             time, turn = self._turns[-1]
             now = self._now if time == self._now.number else EventTime(time)
             self._events[TURN, turn.body, 0] = PossibleEvent(now)
-
-    def _turn(self) -> None:
-        _, turn = self._turns.pop()
-        self._enter_turn()
-        x, y = turn.velocity
-        self._fly(turn.body, (exact(x), exact(y)))
-        self._enter_all(turn.body)
 
     def _bounce(self, body: int, wall: int, coming: PossibleEvent) -> BallContact:
         """Mirrors a body's plan at a wall; one in the wall turns back where it is."""

@@ -114,16 +114,14 @@ class Answers:
         response = self.response(a, wall)
         vx, vy = plan.vx, plan.vy
         nx, ny = OUT[wall]
-        if response.name == "restitution":
-            w = (1.0 + self._given_back(response, [a], plan.anchor)) * (vx * nx + vy * ny)
-            vx, vy = vx - w * nx, vy - w * ny
-        elif self._stops(response, [a], plan.anchor):
+        share = self._share(response, [a], plan.anchor)
+        if share is None:
             vx = vy = 0.0
-        elif response.name == "stop":
-            w = vx * nx + vy * ny
-            vx, vy = vx - w * nx, vy - w * ny
         elif response.name == "elastic":
             vx, vy = (-vx, vy) if wall in (LEFT, RIGHT) else (vx, -vy)
+        elif response.name != "pass":
+            w = share * (vx * nx + vy * ny)
+            vx, vy = vx - w * nx, vy - w * ny
         least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
         if least > 0.0 and -out < least:
             return vx - (out + least) * nx, vy - (out + least) * ny
@@ -159,16 +157,13 @@ class Answers:
         response = self.response(a, b)
         velocities = (one.vx, one.vy), (two.vx, two.vy)
         masses = None if self._equal else (self.masses[a], self.masses[b])
-        if self._stops(response, [a, b], one.anchor):
+        share = self._share(response, [a, b], one.anchor)
+        if share is None:
             still = [math.isinf(self.masses[body]) for body in bodies]
             rest = velocities[still.index(True)] if still[0] != still[1] else (0.0, 0.0)
             velocities = rest, rest
         else:
-            speed = speed_along(along, velocities)
-            if response.name == "stop":
-                speed = 0.5 * speed
-            elif response.name == "restitution":
-                speed = 0.5 * (1.0 + self._given_back(response, [a, b], one.anchor)) * speed
+            speed = 0.5 * share * speed_along(along, velocities)
             velocities = exchanged_along(along, velocities, masses, speed)
         (ax, ay), (bx, by) = pulls
         pull, lasting, speed = (bx - ax, by - ay), self._lasting(response), speed_along(along, velocities)
@@ -184,13 +179,11 @@ class Answers:
         """Returns how long the flight after a contact lasts at the least (rule 11h)."""
         return float(response.options.get("contact_time") or 0.0) or self._length * LASTING
 
-    def _stops(self, response: Any, bodies: list[int], now: int) -> bool:
-        """Returns whether bodies come to rest, and not along the normal alone (rule 11h)."""
-        last = max(self._touched[body] for body in bodies)
-        soon = self._bent and float(now - last) * self._length <= self._length * LASTING
-        return response.name == "stop" and not soon
-
-    def _given_back(self, response: Any, bodies: list[int], now: int) -> float:
-        last = max(self._touched[body] for body in bodies)
-        soon = float(now - last) * self._length <= float(response.options.get("contact_time") or 0.0)
-        return 1.0 if soon else float(response.options["e"])
+    def _share(self, response: Any, bodies: list[int], now: int) -> float | None:
+        """Returns how much of the speed along the normal is taken from bodies, 2 where all of it comes back;
+        None: they come to rest, and not along the normal alone (rule 11h)."""
+        since = float(now - max(self._touched[body] for body in bodies)) * self._length
+        if response.name == "stop":
+            return 1.0 if self._bent and since <= self._length * LASTING else None
+        soon = since <= float(response.options.get("contact_time") or 0.0)
+        return 2.0 if soon else 1.0 + float(response.options.get("e", 1.0))

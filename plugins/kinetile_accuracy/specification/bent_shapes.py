@@ -68,7 +68,9 @@ def contact(m: Difference, d: Parabola, start: int, met: bool) -> int | None:
             found.append(_nearer(within, _beyond(face, d), start))
         for k, corner in enumerate(m.corners):
             q = _disc(m, corner, d)
-            found.append(_nearer([_below(q, start), *_beside(m, k, d, start)], q, start))
+            after, before = (_along(corner, way, d) for way in (m.ways[k], m.ways[k - 1]))
+            beside = [_not_below(_negated(after), start), _not_below(before, start)]
+            found.append(_nearer([_below(q, start), *beside], q, start))
         return min((each for each in found if each is not None and each < HORIZON), default=None)
     return _first_visit(m, d, start) if len(m.faces) > 2 else None
 
@@ -112,12 +114,6 @@ def _nearer(within: Sequence[Runs], gap: Polynomial, start: int) -> int | None:
     ends = [(low - 1, high - 1) for low, high in _all(within)]
     runs = _all([ends, _below(bent.differences(gap), start)])
     return min((max(low, start) for low, high in runs if high > start), default=None)
-
-
-def _beside(m: Difference, k: int, d: Parabola, start: int) -> list[Runs]:
-    """Returns the sets in which d is not beyond a corner on either face beside it."""
-    after, before = (_along(m.corners[k], way, d) for way in (m.ways[k], m.ways[k - 1]))
-    return [_not_below(_negated(after), start), _not_below(before, start)]
 
 
 def _counts_from(m: Difference, d: Parabola) -> int | None:

@@ -159,7 +159,11 @@ class LogCertifier:
             course = Course(scene, ((exact[0] << UNIT_BITS) + exact[1], exact[2]))
         end = None if until is None else tick_of(until, scene.start, bits)
         contacts, held = 0, list[CourseEvent]()
-        untimely = self._untimely(bits)
+        untimely = -1  # the first line whose time is not that of its tick, in doubles
+        if self._timed:
+            units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
+            off = self._rows["time"] != scene.start + units * 2.0**-bits
+            untimely = int(off.argmax()) if off.any() else -1
         for index, row in enumerate(self._rows[_NAMES]):
             epoch, tick, a, b = found = row.item()
             line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
@@ -203,14 +207,6 @@ class LogCertifier:
         return [
             CourseEvent(line.tick, body, LEAVING) for body in (*first, *(x for x in changed if x not in own))
         ]
-
-    def _untimely(self, bits: int) -> int:
-        """Returns the first line whose time is not that of its tick, in doubles, or -1."""
-        if not self._timed:
-            return -1
-        units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
-        off = self._rows["time"] != self.scene.start + units * 2.0**-bits
-        return int(off.argmax()) if off.any() else -1
 
     def _due(self, course: Course, end: int) -> CourseEvent | None:
         """Returns the next event that the list must have; events that it leaves out are carried out."""

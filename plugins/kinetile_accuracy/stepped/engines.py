@@ -202,9 +202,15 @@ def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bu
     mean = math.sqrt(twice / float(scene.mass.sum()) or 1.0)
     length = min(_LARGEST / float(scene.radius.max()), _FARTHEST / (_FASTEST * mean * dt))
     speed = _PACE / mean
-    listener = _listener(box2d, on_contact) if on_contact is not None else None
+    listener = None
     world = box2d.b2World(gravity=(0.0, 0.0), doSleep=False)
-    if listener is not None:
+    if on_contact is not None:
+
+        def post_solve(self: Any, contact: Any, impulse: Any) -> None:
+            if any(normal > 0.0 for normal in impulse.normalImpulses):
+                on_contact(contact.fixtureA.body.userData, contact.fixtureB.body.userData)
+
+        listener = type("Listener", (box2d.b2ContactListener,), {"PostSolve": post_solve})()
         world.contactListener = listener
     world.continuousPhysics = world.warmStarting = True
     bodies = []
@@ -230,11 +236,3 @@ def _box2d(box2d: Any, scene: Scene, dt: float, on_contact: OnContact | None, bu
         edge.CreateEdgeFixture(vertices=[start, end], friction=0.0, restitution=1.0)
     step = partial(world.Step, dt * length / speed, _VELOCITY_ITERATIONS, _POSITION_ITERATIONS)
     return _World(step, bodies, "linearVelocity", length, speed, (world, listener))
-
-
-def _listener(box2d: Any, on_contact: OnContact) -> Any:
-    def post_solve(self: Any, contact: Any, impulse: Any) -> None:
-        if any(normal > 0.0 for normal in impulse.normalImpulses):
-            on_contact(contact.fixtureA.body.userData, contact.fixtureB.body.userData)
-
-    return type("Listener", (box2d.b2ContactListener,), {"PostSolve": post_solve})()

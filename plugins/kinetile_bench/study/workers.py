@@ -29,7 +29,8 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
         if broken:
             raise StudyStopped(f"the executor has broken; {_ANOTHER}")
         return
-    left, count = list(tasks), workers or _processors()
+    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    left, count = list(tasks), workers or own
     while left:
         with _processes(count) as pool:
             broken, left = yield from _through(pool, left, count)
@@ -96,12 +97,6 @@ def _lost(task: Task, reason: str) -> Row:
     return row_of(task, {"status": LOST, "error": reason})
 
 
-def _processors() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 @contextmanager
 def _processes(count: int) -> Iterator[Executor]:
     context = multiprocessing.get_context("spawn")
@@ -138,10 +133,10 @@ def _begin(parent: Connection) -> None:
     """Prepares a worker: Ctrl-C is the business of the process that runs the study. That holds the only
     writing end of the pipe ``parent``; when it closes it, or is killed, the worker ends, in any state."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
+    def end_with_parent() -> None:
+        with suppress(EOFError, OSError):
+            parent.recv_bytes()
+        os._exit(0)
 
-def _end_with(parent: Connection) -> None:
-    with suppress(EOFError, OSError):
-        parent.recv_bytes()
-    os._exit(0)
+    threading.Thread(target=end_with_parent, daemon=True).start()

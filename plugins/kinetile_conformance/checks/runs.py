@@ -226,7 +226,9 @@ def _is_commanded(case: Case) -> None:
     if not is_living(case.scene):
         return _is_true(case)
     scene, looks = case.scene, (*WAYS.values(), _audit)
-    batches = [list(each) for _, each in groupby(scene.commands, _together)]
+    # Insertions with a time and an acceleration in common are given by one call.
+    together = groupby(scene.commands, lambda c: (c.time, c.acceleration) if isinstance(c, Insert) else id(c))
+    batches = [list(each) for _, each in together]
     every = 1 + len(batches) // BY_HAND
     sim = case.subject.simulation(with_commands(scene, [], kinds=scene.kinds), room=None)
     numbers = {body: body for body in range(len(scene))}
@@ -250,11 +252,6 @@ def _is_commanded(case: Case) -> None:
     text = difference(_left(sim, ended), expected, case.subject.name)
     if text is not None:
         raise Disagreement(text)
-
-
-def _together(command: Command) -> object:
-    """Returns what insertions have in common that are given by one call; of others, what is theirs alone."""
-    return (command.time, command.acceleration) if isinstance(command, Insert) else id(command)
 
 
 def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> None:

@@ -104,15 +104,6 @@ def enter(k: Kernel, s: State, body: int) -> None:
         settle(k, s, s.sites[i])
 
 
-@hook
-def watch_anew(k: Kernel, s: State, count: int) -> None:
-    """Watches the edges that are listed, of which some are others than before, and queues their ends."""
-    watch(k, s, count)
-    for i in range(count):
-        settle(k, s, s.org[s.listed[i]])
-        settle(k, s, s.org[s.twin[s.listed[i]]])
-
-
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
@@ -144,4 +135,7 @@ def leave(k: Kernel, s: State, body: int) -> None:
     count = 0
     for i in range(links):
         count = enlist(s, count, s.listed[i])
-    watch_anew(k, s, count)
+    watch(k, s, count)
+    for i in range(count):  # some edges are others than before: both ends are queued
+        settle(k, s, s.org[s.listed[i]])
+        settle(k, s, s.org[s.twin[s.listed[i]]])
