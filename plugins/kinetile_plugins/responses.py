@@ -156,7 +156,7 @@ class Stop:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt, (scene.time_unit * 2.0**-14 if scene.bent else -1.0,), FAMILY)
+        return ResponseParts(halt, (scene.time_unit * 2.0**-15 if scene.bent else -1.0,), FAMILY)
 
 
 FAMILY = (give_back, halt)

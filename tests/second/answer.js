@@ -126,8 +126,8 @@ export class Run {
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
         const [vx, vy] = isHop ? offPressed(off, wall, least) : off;
         this.write(body, { ...plan, vx, vy });
-        if (!isHop) body.last = tick;
-      } else body.last = tick;
+      }
+      body.last = tick;
       this.freeFrom(body, until);
       yield this.told("wall", body.number, wall);
     } else if (kind === PART) {
@@ -222,7 +222,6 @@ export class Run {
     const [planA, planB] = [this.free(a), this.free(b)];
     const { normal } = meeting;
     const C = a.last > b.last ? a.last : b.last;
-    let isHop = false;
     const speed = speedAlong(planA, planB, normal);
     const slow = this.bent && isSlow(response, speed);
     if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
@@ -230,14 +229,14 @@ export class Run {
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
       const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.bent && this.scene.responses.some(({ w }) => w > 0));
-      isHop = least !== null && speedAlong(one, two, normal) < least;
+      const isHop = least !== null && speedAlong(one, two, normal) < least;
       if (isHop) all = exchange(one, two, a.m, b.m, this.alike, normal, 0.5 * (speedAlong(one, two, normal) - least));
       const [vxa, vya, vxb, vyb] = all;
       this.write(a, { ...planA, vx: vxa, vy: vya });
       this.write(b, { ...planB, vx: vxb, vy: vyb });
     }
     const counted = [a, b].filter(({ m }) => m < Infinity); // rule 11
-    if (!isHop) for (const body of counted.length ? counted : [a, b]) body.last = this.now;
+    for (const body of counted.length ? counted : [a, b]) body.last = this.now;
     pair.barred = met;
     this.predictPair(pair);
     this.freeFrom(a, untilA);

@@ -124,7 +124,7 @@ class Answers:
             vx, vy = vx - w * nx, vy - w * ny
         least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
         if least > 0.0 and -out < least:
-            return vx - (out + least) * nx, vy - (out + least) * ny
+            vx, vy = vx - (out + least) * nx, vy - (out + least) * ny
         self.touch((a,), plan.anchor)
         return vx, vy
 
@@ -171,7 +171,7 @@ class Answers:
         size = ((abs(vxa) + abs(vya)) + (abs(vxb) + abs(vyb))) + lasting * (abs(pull[0]) + abs(pull[1]))
         least = max(0.5 * lasting * -part(pull, along), ROUNDED * size)
         if (self._resting or any(pull)) and speed < least:
-            return exchanged_along(along, velocities, masses, 0.5 * (speed - least))
+            velocities = exchanged_along(along, velocities, masses, 0.5 * (speed - least))
         self.touch(bodies, one.anchor)
         return velocities
 
@@ -184,6 +184,6 @@ class Answers:
         None: they come to rest, and not along the normal alone (rule 11h)."""
         since = float(now - max(self._touched[body] for body in bodies)) * self._length
         if response.name == "stop":
-            return 1.0 if self._bent and since <= self._length * LASTING else None
+            return 1.0 if self._bent and since <= 0.5 * self._length * LASTING else None
         soon = since <= float(response.options.get("contact_time") or 0.0)
         return 2.0 if soon else 1.0 + float(response.options.get("e", 1.0))

@@ -67,12 +67,14 @@ def test_a_pile_of_what_stops_was_a_jam():
     assert abs(sim.positions() - places).max() < 1e-6
 
 
-def test_a_hop_is_no_loss_so_what_rests_is_not_elastic_to_others():
-    """A ball meets one that hops on the floor: the share of e comes back, as from one that flies."""
+@pytest.mark.parametrize("settle", [None, 0.5])
+@pytest.mark.parametrize("count", [3, 6])
+def test_a_stack_of_bodies_without_bounce_was_a_jam(count, settle):
+    land = lossy(0.0, **({} if settle is None else {"settle": settle}))
+    places = [(1.0, 0.25 + 0.5 * each) for each in range(count)]
     scene = kt.Scene(
-        [(1.0, 0.25), (2.5, 0.25)], [(0.0, 0.0), (-1.0, 0.0)], 0.25, arena=(4.0, 4.0), gravity=(0.0, -1.0),
-        responses=lossy(0.5),
-    )  # fmt: skip
-    sim = kt.Simulation(scene, "naive")
-    sim.run(1.25)
-    assert sim.velocities()[:, 0].tolist() == [-0.75, -0.25]
+        places, [(0.0, 0.0)] * count, 0.25, arena=(2.0, 4.0), gravity=(0.0, -1.0), responses=land
+    )
+    sim = agree(scene, "naive", "cells", until=0.02)[0]
+    assert abs(sim.positions() - places).max() < 1e-4
+    assert len(sim.contacts) < 20 * count * count

@@ -179,9 +179,9 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 
 
 @template
-def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) -> bool:
+def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) -> None:
     """Has two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they meet
-    again after about ``lasting``, at the least (rule 11h); returns whether that has changed how they part.
+    again after about ``lasting``, at the least (rule 11h).
 
     Without it what is pressed on something curved, or something that moves, comes back after ever shorter
     flights, and at last without any: the run would end as if it was jammed. So would it where two close in
@@ -194,27 +194,25 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) ->
         if b >= 0:
             held += k.bodies[b].holds
         if held > 0:
-            return False
+            return
     x, y = pull_between(k, a, b)
     if not RESTING and x == 0.0 and y == 0.0:
-        return False
+        return
     least = 0.5 * lasting * -(x * nx + y * ny)
     if b < 0:
         out = one.vx * nx + one.vy * ny
         if not (least > 0.0 and -out < least):
-            return False
+            return
         out += least
         one.vx -= out * nx
         one.vy -= out * ny
-        return True
+        return
     two = k.bodies[b]
     size = ((abs(one.vx) + abs(one.vy)) + (abs(two.vx) + abs(two.vy))) + lasting * (abs(x) + abs(y))
     least = larger(least, ROUNDED * size)
     speed = closing_speed(one, two, nx, ny)
-    if not speed < least:
-        return False
-    give(k, a, b, nx, ny, 0.5 * (speed - least))
-    return True
+    if speed < least:
+        give(k, a, b, nx, ny, 0.5 * (speed - least))
 
 
 @hook
@@ -245,15 +243,14 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         if RESTING:
             consider(k, a, b, nx, ny)
         _respond(k, a, b, nx, ny, rule)
-    counts = True
     if MIXED and depth == depth:
-        counts = not separate(k, a, b, nx, ny, _lasting(k, lasting))
+        separate(k, a, b, nx, ny, _lasting(k, lasting))
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
         one_fixed = k.mass[a] == math.inf
         two_fixed = k.mass[b] == math.inf
-        _note(k, a, tick, counts and (two_fixed or not one_fixed))
-        _note(k, b, tick, counts and (one_fixed or not two_fixed))
+        _note(k, a, tick, two_fixed or not one_fixed)
+        _note(k, b, tick, one_fixed or not two_fixed)
     return float(depth)
 
 
@@ -278,11 +275,10 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
         if RESTING:
             consider(k, a, wall, nx, ny)
         _respond(k, a, wall, nx, ny, rule)
-    counts = True
     if BENT:
-        counts = not separate(k, a, wall, nx, ny, _lasting(k, lasting))
+        separate(k, a, wall, nx, ny, _lasting(k, lasting))
     k.counts[0].answered_energy += _energy(k, a) - before
-    _note(k, a, tick, counts)
+    _note(k, a, tick, True)
     return float(depth)
 
 
