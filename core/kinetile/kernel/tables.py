@@ -335,7 +335,7 @@ COUNTS = record(
     ("updated", "i8", COUNT, COST),  # structural certificates set again
     ("queued", "i8", COUNT, DERIVED),
     ("queue_max pairs_max", "i8", COUNT, COST),
-    ("logged", "i8", COUNT, CARRIED),  # events that changed a plan
+    ("logged", "i8", COUNT, COST),  # events that changed a plan, but for anchorings in time that is skipped
     ("late", "i8", COUNT, COST),
     ("deepest", "f8", VALUE, CARRIED),
     ("commanded_energy", "f8", VALUE, CARRIED),  # energy that commands have added
