@@ -111,27 +111,14 @@ def _energy(k: Kernel, body: int) -> float:
 
 
 @template
-def _note(k: Kernel, body: int, tick: int, counts: bool) -> None:
-    """Notes that a body has met another, or a wall, if that ``counts`` as its last contact (rule 11), and
-    whether it is too fast for its reach now."""
-    if RULES and counts:
+def _note(k: Kernel, body: int, other: int, tick: int) -> None:
+    """Notes that a body has met another, or a wall, for an immovable one only where the other is immovable
+    (rule 11), and whether it is too fast for its reach now."""
+    if RULES and (other < 0 or k.mass[body] < math.inf or k.mass[other] == math.inf):
         k.traits[body].touched = tick
     plan = k.bodies[body]
     if not plan.vx * plan.vx + plan.vy * plan.vy <= k.clock[0].limits.speed2:
         k.clock[0].limits.faster = 1
-
-
-@template
-def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Call the hook of a rule's response."""
-    if RESPONSES > 0 and rule.response == FIRST:
-        respond_1(k, a, b, nx, ny, rule)
-    if RESPONSES > 1 and rule.response == FIRST + 1:
-        respond_2(k, a, b, nx, ny, rule)
-    if RESPONSES > 2 and rule.response == FIRST + 2:
-        respond_3(k, a, b, nx, ny, rule)
-    if RESPONSES > 3 and rule.response == FIRST + 3:
-        respond_4(k, a, b, nx, ny, rule)
 
 
 @template
@@ -179,9 +166,24 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 
 
 @template
-def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) -> None:
+def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    """Call the hook of a rule's response."""
+    if RESTING:
+        consider(k, a, b, nx, ny)
+    if RESPONSES > 0 and rule.response == FIRST:
+        respond_1(k, a, b, nx, ny, rule)
+    if RESPONSES > 1 and rule.response == FIRST + 1:
+        respond_2(k, a, b, nx, ny, rule)
+    if RESPONSES > 2 and rule.response == FIRST + 2:
+        respond_3(k, a, b, nx, ny, rule)
+    if RESPONSES > 3 and rule.response == FIRST + 3:
+        respond_4(k, a, b, nx, ny, rule)
+
+
+@template
+def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     """Has two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they meet
-    again after about ``lasting``, at the least (rule 11h).
+    again after about the rule's own time, or the default, at the least (rule 11h).
 
     Without it what is pressed on something curved, or something that moves, comes back after ever shorter
     flights, and at last without any: the run would end as if it was jammed. So would it where two close in
@@ -198,6 +200,9 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) ->
     x, y = pull_between(k, a, b)
     if not RESTING and x == 0.0 and y == 0.0:
         return
+    lasting = k.clock[0].tick * LASTING
+    if RULES and k.rules[rule_of(k, a, b)].contact_time > 0.0:
+        lasting = k.rules[rule_of(k, a, b)].contact_time
     least = 0.5 * lasting * -(x * nx + y * ny)
     if b < 0:
         out = one.vx * nx + one.vy * ny
@@ -215,22 +220,14 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, lasting: float) ->
         give(k, a, b, nx, ny, 0.5 * (speed - least))
 
 
-@hook
-def _lasting(k: Kernel, contact_time: float) -> float:
-    """Returns how long the flight after a contact lasts at the least: the rule's own time, or the default."""
-    return float(contact_time if contact_time > 0.0 else k.clock[0].tick * LASTING)
-
-
 @template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     """Answers a contact of two bodies, both anchored at it, by their rule; returns how deep they overlap."""
     before = _energy(k, a) + _energy(k, b)
     elastic = True
-    lasting = 0.0
     if RULES:
         rule = k.rules[rule_of(k, a, b)]
         elastic = RESPONSES == 0 or rule.response == ELASTIC
-        lasting = rule.contact_time
     nx = ny = depth = 0.0
     if MIXED or not elastic:  # no ``touch`` is needed for elastic contacts of bodies that fall alike
         nx, ny, depth = touch(k, a, b)
@@ -240,17 +237,13 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         let_go(k, a)
         let_go(k, b)
     if RESPONSES > 0 and not elastic:
-        if RESTING:
-            consider(k, a, b, nx, ny)
         _respond(k, a, b, nx, ny, rule)
     if MIXED and depth == depth:
-        separate(k, a, b, nx, ny, _lasting(k, lasting))
+        separate(k, a, b, nx, ny)
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
-        one_fixed = k.mass[a] == math.inf
-        two_fixed = k.mass[b] == math.inf
-        _note(k, a, tick, two_fixed or not one_fixed)
-        _note(k, b, tick, one_fixed or not two_fixed)
+        _note(k, a, b, tick)
+        _note(k, b, a, tick)
     return float(depth)
 
 
@@ -259,11 +252,9 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     """Answers a contact of a body, anchored at it, and a wall by its rule; returns how deep it is in it."""
     before = _energy(k, a)
     elastic = True
-    lasting = 0.0
     if RULES:
         rule = k.rules[rule_of(k, a, wall)]
         elastic = RESPONSES == 0 or rule.response == ELASTIC
-        lasting = rule.contact_time
     nx = ny = depth = 0.0
     if BENT or not elastic:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
@@ -272,13 +263,11 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     if RESTING:
         let_go(k, a)
     if RESPONSES > 0 and not elastic:
-        if RESTING:
-            consider(k, a, wall, nx, ny)
         _respond(k, a, wall, nx, ny, rule)
     if BENT:
-        separate(k, a, wall, nx, ny, _lasting(k, lasting))
+        separate(k, a, wall, nx, ny)
     k.counts[0].answered_energy += _energy(k, a) - before
-    _note(k, a, tick, True)
+    _note(k, a, wall, tick)
     return float(depth)
 
 
