@@ -1,8 +1,8 @@
 """The functions of ``vectors`` as Numba intrinsics: portable LLVM vectors of eight, held in registers.
 
-The package has the meaning of each, and says what it does; here is its code, under the same name with an
-underscore. Rows of a table are loaded and stored in one piece: a load that covers several smaller stores has
-to wait until all of them are done.
+The package has the meaning of each, and says what it does; here is its code, in a table or under its
+name with an underscore. Rows of a table are loaded and stored in one piece: a load that covers several
+smaller stores has to wait until all of them are done.
 """
 
 from __future__ import annotations
@@ -126,43 +126,67 @@ COMPILED: dict[str, Any] = {}
 """The intrinsics, by name."""
 
 
-def _compiled(typed: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Mark the code of a function; ``typed`` is its signature, or returns it for types of arguments."""
+def _compiled(typed: Any, name: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Mark the code of a function; ``typed`` is its signature, or returns it for types of arguments. Code
+    with a ``name`` gets the builder alone."""
 
     def decorated(code: Callable[..., Any]) -> Callable[..., Any]:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return code(_Call(context, builder, signature), *arguments)
+            return code(builder if name else _Call(context, builder, signature), *arguments)
 
         def of(*given: Any) -> Any:
             return typed(*given) if callable(typed) else typed
 
-        names = [*signature(code).parameters][1:]
-        COMPILED[code.__name__[1:]] = lowered(code.__name__[1:], names, of, build)
+        names, called = [*signature(code).parameters][1:], name or code.__name__[1:]
+        COMPILED[called] = lowered(called, names, of, build)
         return code
 
     return decorated
 
 
-def _eights(call: _Call, name: str, value: Any) -> Any:
+def _eights(builder: Any, name: str, value: Any) -> Any:
     """Return what a function of LLVM does to eight doubles."""
     kind = ir.FunctionType(_floats.vector, [_floats.vector])
-    function = cgutils.get_or_insert_function(call.builder.module, kind, f"llvm.{name}.v8f64")
-    return call.builder.call(function, [value])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v8f64"), [value])
 
 
-@_compiled(_floats(types.float64))
-def _spread(call: _Call, value: Any) -> Any:
-    return _splat(call.builder, value, _floats.vector)
+_SHORT: dict[str, tuple[Any, Callable[..., Any]]] = {
+    "spread": (_floats(types.float64), lambda b, value: _splat(b, value, _floats.vector)),
+    "spread_whole": (
+        _wholes(types.int64),
+        lambda b, value: _splat(b, b.trunc(value, _WHOLE), _wholes.vector),
+    ),
+    "spread_ticks": (_ticks(types.int64), lambda b, value: _splat(b, value, _ticks.vector)),
+    "number_in": (
+        types.int64(types.float64),
+        lambda b, value: b.and_(b.bitcast(value, _WORD), ir.Constant(_WORD, 63)),
+    ),
+    "root": (_floats(_floats), lambda b, value: _eights(b, "sqrt", value)),
+    "floor": (_ticks(_floats), lambda b, value: b.fptosi(_eights(b, "floor", value), _ticks.vector)),
+    "to_floats": (_floats, lambda b, value: b.sitofp(value, _floats.vector)),
+    "choose": (
+        lambda where, yes, no: yes(_truths, yes, yes),
+        lambda b, where, yes, no: b.select(where, yes, no),
+    ),
+    "followed": (
+        lambda value: value(value),
+        lambda b, value: _shuffle(b, value, value, [*range(1, LANES), 0]),
+    ),
+    "lane": (
+        lambda value, which: value.one(value, types.int64),
+        lambda b, value, which: b.extract_element(value, b.trunc(which, _WHOLE)),
+    ),
+    "product_error": (  # a fused multiply-add
+        types.float64(*[types.float64] * 3),
+        lambda b, x, y, product: b.fma(x, y, b.fneg(product)),
+    ),
+    "lowest_bit": (types.int64(types.int64), lambda b, word: b.cttz(word, ir.Constant(_BIT, 1))),
+    "bits": (types.int64(_truths), lambda b, value: b.zext(b.bitcast(value, ir.IntType(LANES)), _WORD)),
+}
+"""Signature and code, by name, of those that need the builder alone."""
 
-
-@_compiled(_wholes(types.int64))
-def _spread_whole(call: _Call, value: Any) -> Any:
-    return _splat(call.builder, call.builder.trunc(value, _WHOLE), _wholes.vector)
-
-
-@_compiled(_ticks(types.int64))
-def _spread_ticks(call: _Call, value: Any) -> Any:
-    return _splat(call.builder, value, _ticks.vector)
+for _name, (_typed, _code) in _SHORT.items():
+    _compiled(_typed, _name)(_code)
 
 
 @_compiled(lambda table, first: _wholes(table, types.int64))
@@ -190,45 +214,10 @@ def _numbered(call: _Call, value: Any, first: Any) -> Any:
     return builder.bitcast(bits, _floats.vector)
 
 
-@_compiled(types.int64(types.float64))
-def _number_in(call: _Call, value: Any) -> Any:
-    return call.builder.and_(call.builder.bitcast(value, _WORD), ir.Constant(_WORD, 63))
-
-
-@_compiled(_floats(_floats))
-def _root(call: _Call, value: Any) -> Any:
-    return _eights(call, "sqrt", value)
-
-
-@_compiled(_ticks(_floats))
-def _floor(call: _Call, value: Any) -> Any:
-    return call.builder.fptosi(_eights(call, "floor", value), _ticks.vector)
-
-
-@_compiled(lambda value: _floats(value))
-def _to_floats(call: _Call, value: Any) -> Any:
-    return call.builder.sitofp(value, _floats.vector)
-
-
-@_compiled(lambda where, yes, no: yes(_truths, yes, yes))
-def _choose(call: _Call, where: Any, yes: Any, no: Any) -> Any:
-    return call.builder.select(where, yes, no)
-
-
 @_compiled(lambda value, by: value(value, by) if isinstance(by, types.IntegerLiteral) else None)
 def _turned(call: _Call, value: Any, by: Any) -> Any:
     distance = call.signature.args[1].literal_value
     return _shuffle(call.builder, value, value, [i ^ distance for i in range(LANES)])
-
-
-@_compiled(lambda value: value(value))
-def _followed(call: _Call, value: Any) -> Any:
-    return _shuffle(call.builder, value, value, [*range(1, LANES), 0])
-
-
-@_compiled(lambda value, which: value.one(value, types.int64))
-def _lane(call: _Call, value: Any, which: Any) -> Any:
-    return call.builder.extract_element(value, call.builder.trunc(which, _WHOLE))
 
 
 @_compiled(lambda source, first, target, end: types.int64(source, types.int64, target, types.int64))
@@ -251,16 +240,6 @@ def _prefetch(call: _Call, table: Any, row: Any) -> Any:
     how = [ir.Constant(_WHOLE, number) for number in (0, 3, 1)]  # to read, into all caches, data
     builder.call(function, [place, *how])
     return call.nothing()
-
-
-@_compiled(types.float64(*[types.float64] * 3))
-def _product_error(call: _Call, a: Any, b: Any, product: Any) -> Any:  # a fused multiply-add
-    return call.builder.fma(a, b, call.builder.fneg(product))
-
-
-@_compiled(types.int64(types.int64))
-def _lowest_bit(call: _Call, word: Any) -> Any:
-    return call.builder.cttz(word, ir.Constant(_BIT, 1))
 
 
 @_compiled(_wholes(*[types.int64] * LANES))
@@ -345,11 +324,6 @@ def _pick(call: _Call, table: Any, names: Any, first: Any) -> Any:
         entry = builder.load(builder.gep(data, [number]))
         found = builder.insert_element(found, entry, ir.Constant(_WHOLE, i))
     return found
-
-
-@_compiled(types.int64(_truths))
-def _bits(call: _Call, value: Any) -> Any:
-    return call.builder.zext(call.builder.bitcast(value, ir.IntType(LANES)), _WORD)
 
 
 @_compiled(types.boolean(_truths))
