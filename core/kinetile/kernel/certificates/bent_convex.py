@@ -228,16 +228,11 @@ def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
 def sign_of(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> int:
     """Return the sign of a measure, of its rate or of its bend, exactly."""
     value, error = roughly(f, w, face, kind, order, count)
-    if value > error:
-        return 1
-    if value < -error:
-        return -1
-    value, error = measured(f, w, face, kind, order, count)
-    if value > error:
-        return 1
-    if value < -error:
-        return -1
-    return int(sign_exactly(f, w.row, face, kind, order, w.plans, count))
+    if not abs(value) > error:
+        value, error = measured(f, w, face, kind, order, count)
+    if not abs(value) > error:
+        return int(sign_exactly(f, w.row, face, kind, order, w.plans, count))
+    return 1 if value > 0.0 else -1
 
 
 @subroutine
@@ -353,23 +348,16 @@ def nearest_face(f: Numbers, w: Course, count: int) -> int:
 @subroutine
 def is_over(f: Numbers, w: Course, face: int, count: int) -> bool:
     """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
-    if sign_of(f, w, face, LINE, VALUE, count) < 0:
-        return False
-    if sign_of(f, w, face, ALONG, VALUE, count) < 0:
+    if sign_of(f, w, face, LINE, VALUE, count) < 0 or sign_of(f, w, face, ALONG, VALUE, count) < 0:
         return False
     return sign_of(f, w, face, BEYOND, VALUE, count) <= 0
-
-
-@hook
-def face_before(f: Numbers, row: int, face: int) -> int:
-    """Return the face that ends where another one begins."""
-    return face - WIDE if face > row + HEAD else row + HEAD + (int(f[row + COUNT]) - 1) * WIDE
 
 
 @subroutine
 def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is between the two faces at a corner."""
-    before = face_before(f, w.row, corner)
+    first = w.row + HEAD
+    before = corner - WIDE if corner > first else first + (int(f[w.row + COUNT]) - 1) * WIDE
     here = start
     while True:
         there = next_below(f, w, before, BEYOND, -1, 1, next_below(f, w, corner, ALONG, 1, 1, here))

@@ -288,16 +288,12 @@ def enters_exactly(f: Numbers, row: int, plans: Plans, guess: int) -> int:
         return NEVER
     m = zeros(ROOM)
     first, end = read_row(m, f, row, plans)
-    if end > CELLS:
-        return NEVER
-    if not passes_through(m, f, row, first, end):
+    if end > CELLS or not passes_through(m, f, row, first, end):
         return NEVER
     gap, falls = distance_at(m, f, row, first, end, 0)
     if not falls:
         return NEVER
-    if gap <= 0:
-        return 0
-    return last_within(m, f, row, first, end, guess, False, False)
+    return 0 if gap <= 0 else last_within(m, f, row, first, end, guess, False, False)
 
 
 @subroutine

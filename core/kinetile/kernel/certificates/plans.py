@@ -70,52 +70,32 @@ class BentPlans(NamedTuple):
 @hook
 def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
     """Return the plans of two bodies, by their records; that of the first is anchored earlier, or as late."""
-    clock = k.clock[0]
-    return Plans(
-        Axis(one.x, one.vx, two.x, two.vx, 0.0, 0.0),
-        Axis(one.y, one.vy, two.y, two.vy, 0.0, 0.0),
-        two.anchor - one.anchor,
-        clock.tick,
-        clock.per_time,
-    )
+    x = Axis(one.x, one.vx, two.x, two.vx, 0.0, 0.0)
+    y = Axis(one.y, one.vy, two.y, two.vy, 0.0, 0.0)
+    return Plans(x, y, two.anchor - one.anchor, k.clock[0].tick, k.clock[0].per_time)
 
 
 @hook
 def bent_plans_of(k: Kernel, one: Records, two: Records) -> BentPlans:
     """Return the same of bodies with accelerations."""
-    clock = k.clock[0]
-    return BentPlans(
-        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, 0.0, 0.0, 0.0, 0.0),
-        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, 0.0, 0.0, 0.0, 0.0),
-        two.anchor - one.anchor,
-        clock.tick,
-        clock.per_time,
-    )
+    x = BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, 0.0, 0.0, 0.0, 0.0)
+    y = BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, 0.0, 0.0, 0.0, 0.0)
+    return BentPlans(x, y, two.anchor - one.anchor, k.clock[0].tick, k.clock[0].per_time)
 
 
 @hook
 def plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> Plans:
     """Return the plans of two bodies, the second as its image ``right`` and ``up`` periods away."""
-    plans = plans_of(k, one, two)
     torus = k.clock[0].torus
-    return Plans(
-        Axis(one.x, one.vx, two.x, two.vx, right, torus.x),
-        Axis(one.y, one.vy, two.y, two.vy, up, torus.y),
-        plans.elapsed,
-        plans.tick,
-        plans.per_time,
-    )
+    x = Axis(one.x, one.vx, two.x, two.vx, right, torus.x)
+    y = Axis(one.y, one.vy, two.y, two.vy, up, torus.y)
+    return Plans(x, y, two.anchor - one.anchor, k.clock[0].tick, k.clock[0].per_time)
 
 
 @hook
 def bent_plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> BentPlans:
     """Return the same of bodies with accelerations."""
-    plans = bent_plans_of(k, one, two)
     torus = k.clock[0].torus
-    return BentPlans(
-        BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, right, torus.x, 0.0, 0.0),
-        BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, up, torus.y, 0.0, 0.0),
-        plans.elapsed,
-        plans.tick,
-        plans.per_time,
-    )
+    x = BentAxis(one.x, one.vx, one.ax, two.x, two.vx, two.ax, right, torus.x, 0.0, 0.0)
+    y = BentAxis(one.y, one.vy, one.ay, two.y, two.vy, two.ay, up, torus.y, 0.0, 0.0)
+    return BentPlans(x, y, two.anchor - one.anchor, k.clock[0].tick, k.clock[0].per_time)

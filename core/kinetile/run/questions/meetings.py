@@ -33,7 +33,6 @@ from kinetile.kernel.tables import (
     NOBODY,
     SHAPED,
     Kernel,
-    Records,
     elder,
     record_table,
 )
@@ -291,19 +290,6 @@ def tick_of_wall(k: Kernel, body: int, answer: Ints) -> None:
     answer[1] = wall
 
 
-@hook
-def plans_to(k: Kernel, body: Records, x: float, y: float, vx: float, vy: float) -> Plans:
-    """Returns the plans of a body and of one that is anchored now."""
-    clock = k.clock[0]
-    return Plans(
-        Axis(body.x, body.vx, x, vx, 0.0, 0.0),
-        Axis(body.y, body.vy, y, vy, 0.0, 0.0),
-        clock.now - body.anchor,
-        clock.tick,
-        clock.per_time,
-    )
-
-
 def ticks_of_cast(
     k: Kernel,
     others: Ints,
@@ -321,7 +307,9 @@ def ticks_of_cast(
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
-        plans = plans_to(k, body, x, y, vx, vy)
+        along_x = Axis(body.x, body.vx, x, vx, 0.0, 0.0)
+        along_y = Axis(body.y, body.vy, y, vy, 0.0, 0.0)
+        plans = Plans(along_x, along_y, clock.now - body.anchor, clock.tick, clock.per_time)
         if CONVEX:
             delay = enters(pointer(numbers), rows[i], plans)
         else:
