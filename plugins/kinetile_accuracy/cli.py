@@ -266,7 +266,7 @@ def accuracy(
 
     For example: kinetile accuracy --quick --out report
     """
-    from kinetile_accuracy.report import check_packages, check_parts, measure_parts
+    from kinetile_accuracy.report import check_packages, measure_parts
 
     done: list[Section] = []
     with Bar("measuring") as bar:
@@ -287,7 +287,6 @@ def accuracy(
         if out is None:
             names = ("accuracy-report" if k == 1 else f"accuracy-report-{k}" for k in count(1))
             out = next(each for each in map(Path, names) if not (each / "accuracy.html").exists())
-        check_parts(parts)
         check_packages(parts)
         try_folder("--out", out, keep=True)
         try:

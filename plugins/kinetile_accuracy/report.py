@@ -72,7 +72,8 @@ def check_parts(parts: Sequence[str] | None) -> None:
 
 
 def check_packages(parts: Sequence[str] | None = None) -> None:
-    """Raises MissingExtra where figures cannot be drawn, or one of these parts not be measured."""
+    """Raises BadOption where there is no such part, MissingExtra where one cannot be measured or drawn."""
+    check_parts(parts)
     needed("The report", "matplotlib", "accuracy")
     if parts is None or "oracle" in parts:
         needed("The report's part oracle", "python-flint", "accuracy", "flint")

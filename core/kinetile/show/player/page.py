@@ -68,6 +68,8 @@ class Page:
         length = (end - first.begin) / TICKS * scene.time_unit
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
         bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
+        # A command by hand may be the first that gives an acceleration.
+        bent = scene.bent or any(np.isfinite(of.rows["bx"][of.rows["b"] < 0]).any() for of in self.recordings)
         # Of a scene whose kinds change a page has none: it would show those of the start.
         responses = scene.meets if scene.responses and not scene.changing else []
         names = [] if scene.changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
@@ -77,7 +79,7 @@ class Page:
             "unit": scene.time_unit,
             "arena": scene.arena,
             "periods": scene.periods,
-            "pull": scene.pull if scene.bent or any(map(_bends, self.recordings)) else None,
+            "pull": scene.pull if bent else None,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),
@@ -156,12 +158,6 @@ def script() -> str:
                 indent = " " * ((len(line) - len(code)) // 2)
                 lines.append(indent + code.partition(" // ")[0].removeprefix("export "))
     return "\n".join(lines)
-
-
-def _bends(recording: Recording) -> bool:
-    """Whether rows give accelerations: a command by hand may be the first that does."""
-    rows = recording.rows
-    return bool(np.isfinite(rows["bx"][rows["b"] < 0]).any())
 
 
 def _rows(recording: Recording, plans: Plans, scene: Scene) -> dict[str, Any]:
