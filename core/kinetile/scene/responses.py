@@ -285,7 +285,7 @@ def _ordered(a: Kind, b: Kind) -> Pair:
 
 def refusals(scene: Any) -> list[Mistake]:
     """Returns what responses of a scene refuse in it; one that is not installed here is for who runs it."""
-    found = []
+    found: dict[str, Mistake] = {}
     for pair, response in scene.responses:
         if response.name not in (ELASTIC, PASS):
             from kinetile.plugin.calling import calling
@@ -295,10 +295,11 @@ def refusals(scene: Any) -> list[Mistake]:
                 with calling("response", response.name, "prepare"):
                     registry().target("response", response.name)(**response.options).prepare(scene)
             except Refused as error:
-                found.append(Mistake(f"responses[{pair!r}]", repr(response), str(error)))
+                mistake = Mistake(f"responses[{pair!r}]", repr(response), str(error))
+                found.setdefault(repr(response), mistake)
             except KinetileError:  # a run says it, where it is one
                 continue
-    return found
+    return [*found.values()]
 
 
 def settles(response: Response) -> bool:
