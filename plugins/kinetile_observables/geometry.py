@@ -22,8 +22,7 @@ def axes_with_walls(scene: Scene) -> str:
 
 def displacement(scene: Scene, apart: Floats) -> Floats:
     """Returns differences of positions, (..., 2), as those to the nearest image."""
-    nearest: Floats = apart - whole_periods(apart, scene.periods) * np.array(scene.periods)
-    return nearest
+    return np.asarray(apart - whole_periods(apart, scene.periods) * np.array(scene.periods))
 
 
 def narrowest(scene: Scene) -> Floats:
@@ -32,8 +31,7 @@ def narrowest(scene: Scene) -> Floats:
     if not scene.shapes:
         return np.full(2, 2.0 * float(scene.radius.min(initial=np.inf)))
     reaches = np.array([scene.shapes[each].reaches for each in scene.shape.tolist()])
-    widths: Floats = (reaches[:, ::2] + reaches[:, 1::2]).min(axis=0)
-    return widths
+    return np.asarray((reaches[:, ::2] + reaches[:, 1::2]).min(axis=0))
 
 
 def inner_energy(moment: Moment) -> tuple[float, int]:

@@ -154,8 +154,7 @@ def _names(left: int, right: int, name: str) -> str:
 def _overlaps(low: Whole, high: Whole, rows: slice) -> Whole:
     """Returns (rows, n) through how many images two intervals overlap, by the places of their ends."""
     turn = 2 * len(low)
-    found: Whole = (high[rows, None] - low) // turn - (low[rows, None] - high) // turn
-    return found
+    return (high[rows, None] - low) // turn - (low[rows, None] - high) // turn
 
 
 def _pairs(k: Kernel, place: Whole, there: Whole) -> Iterator[str]:

@@ -640,5 +640,4 @@ def slots_taken(k: Kernel) -> npt.NDArray[np.intp]:
     """Return the slots with bodies in them, in the order of the bodies' numbers; not for hooks."""
     number: Any = k.queue.view(np.ndarray)["number"]
     taken = np.flatnonzero(number >= 0)
-    found: npt.NDArray[np.intp] = taken[np.argsort(number[taken], kind="stable")]  # in order, but for a few
-    return found
+    return taken[np.argsort(number[taken], kind="stable")]  # in order, but for a few

@@ -170,5 +170,4 @@ def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
     kinds = np.array([*(run[2] for run in runs), None, WALL], dtype=object)
     at = np.maximum(np.searchsorted(first, numbers, side="right") - 1, 0)
     at = np.where((numbers < first[at]) | (numbers > last[at]), len(kinds) - 2, at)
-    found: npt.NDArray[Any] = kinds[np.where(numbers < 0, len(kinds) - 1, at)]
-    return found
+    return kinds[np.where(numbers < 0, len(kinds) - 1, at)]

@@ -138,8 +138,7 @@ class Moment:
         others = (numbers >= 0) & ~there
         if others.any():
             which[others] = self._kinds_by_number(numbers[others])
-        found: npt.NDArray[Any] = kinds[which]
-        return found
+        return np.asarray(kinds[which])
 
     def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         scene, came = self.scene, self._engine.history.inserted

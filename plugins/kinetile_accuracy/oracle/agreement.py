@@ -82,8 +82,7 @@ class Agreement:
     @property
     def paces(self) -> Floats:
         """Contacts per disc up to and with each contact, (contacts,)."""
-        paces: Floats = np.cumsum(np.where(self.b >= 0, 2.0, 1.0)) / max(self.bodies, 1)
-        return paces
+        return np.cumsum(np.where(self.b >= 0, 2.0, 1.0)) / max(self.bodies, 1)
 
     @property
     def contacts_per_disc(self) -> float:

@@ -52,8 +52,7 @@ def _first_of_both(
     first = np.full(bodies, np.iinfo(np.int64).max)
     for body in (one, other):
         np.minimum.at(first, body, step)
-    both: npt.NDArray[np.bool_] = discs & (first[one] == step) & (first[other] == step)
-    return both
+    return np.asarray(discs & (first[one] == step) & (first[other] == step))
 
 
 def found(

@@ -43,8 +43,7 @@ def swarm_of(
 def slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:
     """Returns the middles of different unit squares of a lattice, one for each body, (n, 2)."""
     chosen = random.choice(columns * rows, bodies, replace=False)
-    middles: Floats = np.column_stack([chosen % columns, chosen // columns]).astype(np.float64) + 0.5
-    return middles
+    return np.column_stack([chosen % columns, chosen // columns]).astype(np.float64) + 0.5
 
 
 def square(bodies: int, room: float) -> int:
@@ -57,8 +56,7 @@ def radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
     ratio = (1.0, 0.5, 0.125, 2.0**-6)[variation % 4]
     small: npt.NDArray[np.bool_] = random.random(bodies) < 0.75
     fills = np.ones(bodies) if variation < 4 else random.uniform(0.5, 1.0, bodies)
-    radius: Floats = np.where(small, 0.45 * ratio, 0.45) * fills
-    return radius
+    return np.where(small, 0.45 * ratio, 0.45) * fills
 
 
 def jitter(random: np.random.Generator, radius: Floats) -> Floats:
