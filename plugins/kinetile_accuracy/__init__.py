@@ -3,8 +3,6 @@
 Each name below is imported when it is first used: the oracle needs python-flint, the figures matplotlib.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from kinetile.lazy import lazy_names

@@ -1,8 +1,6 @@
 """Benchmarks and studies: how fast broad phases are, on scenes of the thesis and on the user's own. A study
 is a table of scenes, phases and seeds that is run task by task, and continues where it was stopped."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from kinetile.lazy import lazy_names
