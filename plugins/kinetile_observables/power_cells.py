@@ -18,9 +18,7 @@ from kinetile import Scene
 from kinetile.errors import Refused
 from kinetile.run.moment import Moment, newcomers_of
 from kinetile.run.observing import Observable
-from kinetile_observables.geometry import axes_with_walls
-
-Floats = npt.NDArray[np.float64]
+from kinetile_observables.geometry import Floats, axes_with_walls
 
 _AT_ONCE, _LINES = 64, 24
 """How many cells are computed together, and of how many lines each at first."""

@@ -454,6 +454,13 @@ def equal(number: float, length: int) -> npt.NDArray[np.float64]:
     return as_strided(np.full(1, number), (length,), (0,))
 
 
+_EMPTY: dict[str, Any] = {"forms": FORM, "pairs": HELD, "images": IMAGE, "traits": TRAIT, "rules": RULE}
+_EMPTY |= {"passings": PASSING, "commands": COMMAND, "watched": OFFER, "log": ROW, "numbers": np.float64}
+_EMPTY |= {"lookup": np.int32, "firsts": np.int32, "passers": np.int32}
+_EMPTY |= {"watch": np.uint8, "watched_kinds": np.uint8}
+"""The tables that have no rows at first, and what is in them."""
+
+
 def allocate(
     bodies: int,
     near: int,
@@ -478,36 +485,22 @@ def allocate(
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         sides=record_table(SIDES, bodies if shaped else 0),
-        forms=record_table(FORM, 0),
         stamps=record_table(np.dtype(np.int32), bodies),
         queue=record_table(ENTRY, bodies),
         links=record_table(LINK, bodies + 1),
         rings=record_table(np.dtype(np.int32), slices),
         marks=np.zeros(slices >> 6, dtype=np.int64),
         found=record_table(SCOUTED, FOUND),
-        numbers=np.zeros(0),
         near=np.zeros(near + SPARE, dtype=np.int32),
         offers=record_table(OFFER, OFFERS),
-        pairs=record_table(HELD, 0),
-        lookup=np.full(0, -1, dtype=np.int32),
-        firsts=np.full(0, -1, dtype=np.int32),
-        images=record_table(IMAGE, 0),
-        traits=record_table(TRAIT, 0),
-        rules=record_table(RULE, 0),
-        passings=record_table(PASSING, 0),
-        passers=np.full(0, -1, dtype=np.int32),
-        commands=record_table(COMMAND, 0),
-        watch=np.zeros(0, dtype=np.uint8),
-        watched=record_table(OFFER, 0),
-        watched_kinds=np.zeros(0, dtype=np.uint8),
         slots=np.arange(bodies, dtype=np.int32),
         shadows=record_table(seen, bodies if bent else 0),
         shades=record_table(PLACE, bodies if bent else 0),
         pulls=record_table(PLACE, bodies if bent else 0),
         met=record_table(MET, log_rows),
-        log=record_table(ROW, 0),
         clock=begun(record_table(CLOCK, 1)),
         counts=record_table(COUNTS, 1),
+        **{name: record_table(np.dtype(each), 0) for name, each in _EMPTY.items()},
     )
     k.queue.number = k.slots
     k.rings[...] = bodies
@@ -631,9 +624,7 @@ def elder(k: Kernel, a: int, b: int) -> int:
 @hook
 def slot_of(k: Kernel, number: int) -> int:
     """Return the slot of the body with a number, or NOBODY if it has no slot."""
-    if number < 0 or number >= len(k.slots):
-        return NOBODY
-    return int(k.slots[number])
+    return int(k.slots[number]) if 0 <= number < len(k.slots) else NOBODY
 
 
 def slots_taken(k: Kernel) -> npt.NDArray[np.intp]:

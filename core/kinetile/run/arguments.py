@@ -193,9 +193,8 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
         named = f": sim.number({shown(body)}) is that of a name" if isinstance(body, str) else ""
         raise TypeError(f"a body goes by its number; found {shown(body)}{named}") from None
     # The table of slots also has room for numbers that are not given yet: they are ignored.
-    if 0 <= number < engine.numbers and engine.k.slots[number] >= 0:
-        return number
-    if or_coming and engine.agenda.brings(engine.k, engine.clock, number):
+    is_there = 0 <= number < engine.numbers and engine.k.slots[number] >= 0
+    if is_there or (or_coming and engine.agenda.brings(engine.k, engine.clock, number)):
         return number
     there = int(engine.fields.present[0])
     if not 0 <= number < engine.numbers:

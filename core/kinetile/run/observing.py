@@ -32,12 +32,11 @@ from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
 from kinetile.scene.checks import is_finite, is_number, shown
-from kinetile.statistics import Blocks, Estimate, Observed
+from kinetile.statistics import Blocks, Estimate, Floats, Observed
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
 
-Floats = npt.NDArray[np.float64]
 
 _INTERVALS = 100
 

@@ -89,7 +89,6 @@ def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Bools], mistakes:
 
 def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
     """Returns ``value`` as an array of float64 or None, and what was found and expected where it is None."""
-    nothing = "", ""
     if _is_masked(value):
         return None, ("a masked array, some of whose numbers are not to be used", "numbers without a mask")
     try:
@@ -104,7 +103,7 @@ def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
     changed = _first_rounded(array, floats)
     if changed is not None:
         return None, (f"{changed}, of the type {array.dtype}", "numbers that float64 holds without rounding")
-    return floats, nothing
+    return floats, ("", "")
 
 
 def _is_masked(value: object) -> bool:

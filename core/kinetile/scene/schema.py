@@ -217,9 +217,7 @@ def _table(place: Place) -> Table:
 
 def expected(place: Place) -> str:
     """Returns what is expected of the value at a place."""
-    if isinstance(place[-1], int) or len(place) == 2:
-        return "a table"
-    return _keys(place)[place[-1]]
+    return "a table" if isinstance(place[-1], int) or len(place) == 2 else _keys(place)[place[-1]]
 
 
 MOST_BYTES = 64 * 2**20

@@ -21,9 +21,8 @@ from kinetile.errors import Refused
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.lazy import needed
 from kinetile_accuracy.stepped import snapshots
-from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun
+from kinetile_accuracy.stepped.snapshots import STEPPED, Floats, SteppedRun
 
-Floats = npt.NDArray[np.float64]
 Point = tuple[float, float]
 EngineName = Literal["chipmunk", "box2d", "box2d-bullets"]
 Watched = Literal["not", "contacts", "depths"]

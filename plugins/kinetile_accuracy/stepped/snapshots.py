@@ -283,8 +283,7 @@ def _lay_out(scene: Scene, finder: Finder, room: int) -> tuple[Bodies, tuple[Any
         cell = max(2.0 * float(scene.radius.max(initial=0.0)), math.sqrt(sides[0] * sides[1] / _MOST_CELLS))
         columns, rows = max(int(sides[0] / cell), 1), max(int(sides[1] / cell), 1)
     order = np.argsort(scene.position[:, 0] - scene.radius, kind="stable")
-    x, y = (np.array(scene.position[order, axis]) for axis in (0, 1))
-    vx, vy = (np.array(scene.velocity[order, axis]) for axis in (0, 1))
+    x, y, vx, vy = map(np.array, (*scene.position[order].T, *scene.velocity[order].T))
     bodies = Bodies(
         x=x,
         y=y,

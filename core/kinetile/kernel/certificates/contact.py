@@ -472,9 +472,7 @@ def first_touch(plans: Plans, radius: float, radius2: float) -> int:
     """Return how many ticks after the later anchor two discs touch, rounded down exactly, or ``NEVER``."""
     x, y = separations(plans)
     found = filtered(x, y, radius, radius2, plans.per_time)
-    if found != OPEN:
-        return found
-    return look_closer(plans, radius, radius2)
+    return found if found != OPEN else look_closer(plans, radius, radius2)
 
 
 first_touch_apart = apart(python_of(first_touch))

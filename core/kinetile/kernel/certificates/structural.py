@@ -218,9 +218,7 @@ def ticks_after(k: Kernel, since: int, delay: float) -> int:
     """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down: so a
     contact is met from outside. A delay that is not a number, or too far to predict, is ``NEVER``."""
     ticks = delay * k.clock[0].per_time
-    if not ticks < FAR:
-        return NEVER
-    return since + int(math.floor(ticks))
+    return since + int(math.floor(ticks)) if ticks < FAR else NEVER
 
 
 def falls_many(k: Kernel, since: Integers, gap: Doubles, rate: Doubles) -> Integers:

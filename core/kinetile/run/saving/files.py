@@ -51,10 +51,7 @@ _FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
 """Where the name of the first member lies in an archive: by that a file of ours is known."""
 _CHECKSUM = 64
 _AT_ONCE = 1 << 24
-_NOT_SO = (
-    *(TypeError, ValueError, LookupError, ArithmeticError),
-    *(AttributeError, RecursionError, MemoryError),
-)
+_NOT_SO = (TypeError, ValueError, LookupError, ArithmeticError, AttributeError, RecursionError, MemoryError)
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -198,13 +195,10 @@ _OF_STATE: dict[str, Any] = {
 _BOUNDS = 4
 """Bounds that are saved: the extent and the skin, behind them, follow from where bodies are."""
 
-_KINDS: dict[str, Any] = {
-    **_OF_STATE,
-    "commands": int,
-    "audit": int | None,
-    "start_energy": float,
-    "observed": dict | None,
-}
+_OF_RUN: dict[str, Any] = {"audit": int | None, "start_energy": float, "observed": dict | None}
+"""Fields of a snapshot, likewise, in their order."""
+
+_KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int}
 
 
 @cache
@@ -238,22 +232,19 @@ def _content(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
         "later": list(state.later.ticks),
         "entries": _entries(state.entries, arrays),
         "history": [list(base) for base in bases],
-        "audit": snapshot.audit,
-        "start_energy": snapshot.start_energy,
-        "observed": snapshot.observed,
+        **{name: getattr(snapshot, name) for name in _OF_RUN},
     }
 
 
 def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     _check_kinds(content, arrays)
     scene = Scene(*content["scene"])
-    contents = {name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}
     history = History.of(
         _rows(arrays, "history", COMMAND).tobytes(),
         tuple((int(first), int(base)) for first, base in content["history"]),
     )
     state = RunState(
-        contents=Contents(**contents),
+        contents=Contents(**{name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}),
         bounds=Bounds._make([*content["bounds"], 0.0, NO_SKIN]),
         commands=Commands(content["commands"]),
         later=Planned(tuple(content["later"]), _rows(arrays, "later", COMMAND)),
@@ -262,14 +253,7 @@ def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         **{name: content[name] for name in _OF_STATE},
     )
     check_state(state, scene)
-    return Snapshot(
-        scene,
-        SavedPhases(*content["phases"]),
-        state,
-        content["audit"],
-        content["start_energy"],
-        content["observed"],
-    )
+    return Snapshot(scene, SavedPhases(*content["phases"]), state, *map(content.__getitem__, _OF_RUN))
 
 
 def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
