@@ -546,11 +546,8 @@ class Course:
 
     def _is_current(self, entry: _Entry) -> bool:
         _, kind, a, b, stamp, other_stamp, _ = entry
-        if a == _NOBODY:
-            return True
-        if self._stamp[a] != stamp:
-            return False
-        return kind == _WALL or b == _NOBODY or self._stamp[b] == other_stamp
+        fits = kind == _WALL or b == _NOBODY or self._stamp[b] == other_stamp
+        return a == _NOBODY or (self._stamp[a] == stamp and fits)
 
     def _change(self, body: int, plan: FlightPlan, velocity: Vector, pull: Vector | None = None) -> None:
         """Gives a body another velocity, and perhaps acceleration, on a plan anchored now; ends its bars."""
@@ -576,9 +573,7 @@ class Course:
     def _bound(self, bodies: list[int]) -> None:
         """Enters bounds with all others: the few that may come first get an entry each, the rest one."""
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
-            lasts = (
-                not self._periodic and not self.bent
-            )  # without images or bends a bar is one of all contacts
+            lasts = not self._periodic and not self.bent  # without images or bends a bar is of all contacts
             if lasts and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
                 waits[self._met[body]] = np.inf
             for a, b, _ in () if self._periodic else self._passing:  # bounded again at their parting

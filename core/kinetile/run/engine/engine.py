@@ -125,6 +125,7 @@ class Kept:
     def state(self) -> RunState:
         """The state of the run at that moment."""
         was, of_then = SimpleNamespace(**self.values), {id(table): content for table, content in self.tables}
+        alike = ("commands", "history", "overlapping", "audits", "cpu_seconds", "compile_seconds")
         k = was._k._replace(
             **{
                 name: of_then[id(table)].view(table.dtype).view(type(table))
@@ -136,17 +137,12 @@ class Kept:
             contents=contents_of(k),
             base=self.base,
             bounds=was.bounds._replace(extent=0.0, skin=NO_SKIN),
-            commands=was.commands,
             later=self.later,
-            history=was.history,
             entries=self.entries,
             requested=was._requested,
-            overlapping=was.overlapping,
             shapes=was.scene.shapes[was._listed :],
             pull=None if was.scene.uniform else was.scene.pull,
-            audits=was.audits,
-            cpu_seconds=was.cpu_seconds,
-            compile_seconds=was.compile_seconds,
+            **{name: self.values[name] for name in alike},
         )
 
 
