@@ -34,16 +34,14 @@ def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
     """Raises BadOption unless the files of options have names with the right endings, are different and may
-    be written; those of ``--contacts``, ``--encounters`` and
-    ``--save-scene`` may exist only to be overwritten."""
+    be written; those of ``--contacts``, ``--encounters`` and ``--save-scene`` may exist to be overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
         if not path.name:
             raise BadOption(f"{what} names no file: expected the path of a file")
     for (one, path), (other, its_path) in combinations(given, 2):
-        if {"--events", "--contacts", "--encounters", "--checkpoint"} & {one, other} and _same_file(
-            path, its_path
-        ):
+        of_run = {"--events", "--contacts", "--encounters", "--checkpoint"} & {one, other}
+        if of_run and _same_file(path, its_path):
             raise BadOption(f"{one} and {other} are one file, {path}: expected two, for one would be lost")
     for what, path in given:
         if what in _ENDINGS:

@@ -145,25 +145,14 @@ class Registry:
         kind, name, summary, features, aliases, api, plugin, distribution and version, and for narrow phases
         of two bodies shapes; under "failures" one for each plugin that failed, with plugin, distribution,
         version, error (its type) and message."""
-        provided = [
-            {
-                "kind": kind,
-                "name": spec.name,
-                "summary": spec.summary,
-                "features": sorted(spec.features),
-                "aliases": list(spec.aliases),
-                "api": spec.api,
-                "plugin": plugin,
-                "distribution": distribution,
-                "version": version,
-            }
-            | (
-                {"shapes": list(spec.shapes)}
-                if isinstance(spec, NarrowPhaseSpec) and spec.role == "pair"
-                else {}
-            )
-            for kind, spec, plugin, distribution, version in self._provided
-        ]
+        provided = []
+        for kind, spec, *source in self._provided:
+            row: dict[str, Any] = {"kind": kind, "name": spec.name, "summary": spec.summary}
+            row |= {"features": sorted(spec.features), "aliases": list(spec.aliases), "api": spec.api}
+            row |= zip(("plugin", "distribution", "version"), source, strict=True)
+            if isinstance(spec, NarrowPhaseSpec) and spec.role == "pair":
+                row["shapes"] = list(spec.shapes)
+            provided.append(row)
         failures = [
             failure._asdict() | {"error": type(failure.error).__name__, "message": str(failure.error)}
             for failure in self.failures

@@ -208,7 +208,6 @@ def _read_declared(given: Any, mistakes: list[Mistake]) -> tuple[Kind, ...]:
 
 
 def _read_kinds(given: Any, bodies: int, first: Kind, mistakes: list[Mistake]) -> list[Kind]:
-    """Returns the kind of each body; ``first`` is the default."""
     if given is None:
         return [first] * bodies
     if isinstance(given, str | int | np.integer):

@@ -379,11 +379,8 @@ def beside(
     numbers = {each: number for number, each in enumerate(dict.fromkeys(listed))}
     every = [*own, *(each.shape for each in obstacles)]
     index = [0 if each is None else numbers.setdefault(each, len(numbers)) for each in every]
-    return Table(
-        tuple(numbers),
-        np.array(index, dtype=np.int64),
-        np.array([each is None for each in every], dtype=np.bool_),
-    )
+    unknown = np.array([each is None for each in every], dtype=np.bool_)
+    return Table(tuple(numbers), np.array(index, dtype=np.int64), unknown)
 
 
 def are_given(shape: object, shapes: object) -> bool:

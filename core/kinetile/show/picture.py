@@ -176,7 +176,6 @@ def picture_of_scene(scene: Scene) -> Picture:
 
 
 def _first_discs(scene: Scene) -> tuple[PlacedDisc, ...]:
-    """Returns the bodies at the start of a scene."""
     places = in_box(scene.position, scene.periods)
     forms = np.array([scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()])
     return _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms)

@@ -153,10 +153,8 @@ class LogCertifier:
     def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
         scene, bits = self.scene, unit_bits(self.scene)
         until, exact = self.report.until, scene.settings.end
-        if exact is None or until != scene.settings.until:
-            course = Course(scene)
-        else:
-            course = Course(scene, ((exact[0] << UNIT_BITS) + exact[1], exact[2]))
+        last = exact and ((exact[0] << UNIT_BITS) + exact[1], exact[2])
+        course = Course(scene, last if until == scene.settings.until else None)
         end = None if until is None else tick_of(until, scene.start, bits)
         contacts, held = 0, list[CourseEvent]()
         untimely = -1  # the first line whose time is not that of its tick, in doubles

@@ -26,10 +26,8 @@ def draw(bench: ThesisBench, folder: Path) -> list[Path]:
     columns = min(len(groups), 2)
     rows = -(-len(groups) // columns)
     with house_style():
-        for name, draw_panel in (
-            *(("figure-23", _draw_times), ("figure-24", _draw_shares)),
-            ("events-a-contact", _draw_events),
-        ):
+        drawn = {"figure-23": _draw_times, "figure-24": _draw_shares, "events-a-contact": _draw_events}
+        for name, draw_panel in drawn.items():
             figure, panels = new_figure(columns, 0.8 + 2.4 * rows, rows=rows, sharey=True)
             for panel, (density, scenes) in zip(np.ravel(panels), groups.items(), strict=False):
                 panel.set(title=f"density {density:g}")

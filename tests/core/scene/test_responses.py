@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import kinetile as kt
-from kinetile.errors import SceneError
+from kinetile.errors import Refused, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
 from registering import registered
 
@@ -113,6 +113,16 @@ def test_a_response_is_looked_up_once():
     assert pickle.loads(pickle.dumps(made)) == made.replace(start=0.0) == made
     with pytest.raises(SceneError, match="'spring', which is the name of no response"):
         scene(responses="spring")
+
+
+def test_what_one_response_refuses_is_said_once():
+    class Spring:
+        def prepare(self, scene):
+            raise Refused("no scene is soft enough")
+
+    with registered(kt.ResponseSpec("spring", Spring)), pytest.raises(SceneError) as told:
+        scene(responses="spring")
+    assert [each.found for each in told.value.mistakes] == ["Response('spring')"]
 
 
 def test_a_scene_of_elastic_bodies_looks_for_no_plugins():
