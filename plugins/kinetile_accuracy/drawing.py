@@ -67,9 +67,7 @@ def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **optio
 def legend_below(figure: Figure, columns: int) -> None:
     """Sets one legend of all that is drawn below the panels."""
     shown = [axes.get_legend_handles_labels() for axes in figure.axes]
-    unique = {
-        label: handle for handles, labels in shown for label, handle in zip(labels, handles, strict=True)
-    }
+    unique = {label: line for lines, labels in shown for label, line in zip(labels, lines, strict=True)}
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)
 
 

@@ -193,9 +193,7 @@ def _list(sentences: Sequence[str]) -> Iterator[str]:
 
 
 def _table(section: Section, table: Table) -> Iterator[str]:
-    meanings = [
-        (column.head or f"{name} (in the file)", column.meaning) for name, column in table.columns.items()
-    ]
+    meanings = [(each.head or f"{name} (in the file)", each.meaning) for name, each in table.columns.items()]
     title = f"All columns: {section.name}-{table.name}.csv"
     yield f"<details>\n<summary>{escape(table.caption)}</summary>"
     values = [[getattr(row, name) for name in table.heads] for row in table.rows]

@@ -110,6 +110,4 @@ def kinetile_scenes() -> list[SceneSpec]:
         ("galton", "galton:galton", "Galton's board: balls fall among pegs"),
         ("frame", "frame:frame", "a frame of an extended XYZ or GSD file"),
     )
-    return [
-        SceneSpec(name, f"kinetile_plugins.scenes.{target}", summary) for name, target, summary in recipes
-    ]
+    return [SceneSpec(name, f"kinetile_plugins.scenes.{path}", summary) for name, path, summary in recipes]

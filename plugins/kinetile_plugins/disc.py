@@ -412,9 +412,8 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
 def bent_parts_after(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
     """As ``parts_after``, of bodies with accelerations (rule 11a)."""
     two = k.bodies[late]
-    return int(
-        bent_parting(plans, k.bodies[early].radius, two.radius, counts_from(k, early, late, two.anchor))
-    )
+    low = counts_from(k, early, late, two.anchor)
+    return int(bent_parting(plans, k.bodies[early].radius, two.radius, low))
 
 
 def part_of(

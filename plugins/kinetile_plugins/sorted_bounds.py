@@ -167,9 +167,8 @@ def _pairs(k: Kernel, place: Whole, there: Whole) -> Iterator[str]:
         rows = slice(first, first + ROWS)
         meet = np.prod([_overlaps(low, high, rows) for low, high in zip(lower, upper, strict=True)], axis=0)
         row, column = np.nonzero(meet)
-        pairs = zip(
-            there[row + first].tolist(), there[column].tolist(), meet[row, column].tolist(), strict=True
-        )
+        columns = there[row + first], there[column], meet[row, column]
+        pairs = zip(*(each.tolist() for each in columns), strict=True)
         found |= {(a, b): times for a, b, times in pairs if a < b}
     for a, b in sorted(found.keys() - held):
         yield f"the intervals of bodies {a} and {b} overlap, and they are not a candidate pair"

@@ -19,9 +19,8 @@ from kinetile.cli.output import printed, show, table_of
 from kinetile.cli.terminal import FAULT, notice
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
-_FILE = re.compile(
-    r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi|(?P<hook>\.nbh))(\.tmp\.\w+)?"
-)  # .tmp: of a write that was cut off
+# .tmp: of a write that was cut off
+_FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi|(?P<hook>\.nbh))(\.tmp\.\w+)?")
 
 
 def cache(

@@ -44,9 +44,8 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
         notes += [f"shapes: {', '.join(row['shapes'])}"] if "shapes" in row else []
         summary = " ".join([row["summary"], *(f"({note})" for note in notes)])
         if row["distribution"] != "kinetile":
-            summary += (
-                f" (from {' '.join(filter(None, (row['distribution'], row['version']))) or 'this process'})"
-            )
+            source = " ".join(filter(None, (row["distribution"], row["version"])))
+            summary += f" (from {source or 'this process'})"
         rows.append((row["kind"], row["name"], summary))
     return rows_table(("| kind", "| name", f"what it does (from kinetile {__version__})"), rows, shared=1)
 

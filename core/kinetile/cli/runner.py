@@ -151,9 +151,8 @@ def _write_encounters(
     if recorder is not None:
         trajectory = Trajectory.read(recorder.path)
     else:
-        trajectory = Trajectory(
-            np.concatenate([np.zeros(0, LOG), *(rows or ())]), simulation.scene, simulation.time
-        )
+        seen = np.concatenate([np.zeros(0, LOG), *(rows or ())])
+        trajectory = Trajectory(seen, simulation.scene, simulation.time)
     names = {number: name for name, number in simulation.scene.numbers.items()}
     lines = [(names.get(a, a), names.get(b, b), *rest) for a, b, *rest in encounters(trajectory).tolist()]
     text = io.StringIO()

@@ -400,9 +400,7 @@ class Kernel(NamedTuple):
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
     images: Records  # (n,) periods and images; empty unless an axis is periodic
     traits: Records  # (n,) what responses need of a body; this and the next three are empty without them
-    rules: (
-        Records  # (kinds * (kinds + 1),) what happens where a kind meets a kind, or a wall (the last column)
-    )
+    rules: Records  # (kinds * (kinds + 1),) what happens where a kind meets a kind, or (last) a wall
     passings: Records  # the pairs that are passing through each other, a the elder of the two
     passers: Records  # (n,) the head of each body's list of them
     commands: Records  # those of the present span of the clock, in their order

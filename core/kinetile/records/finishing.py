@@ -35,9 +35,8 @@ PARTIAL = ".partial"
 
 _COLUMNS = LOG.names or ()
 _FEW_VALUES = ["epoch", "a", "b"]  # dictionaries help for these; the other columns take forty times as long
-_ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"} | {
-    "tick": "DELTA_BINARY_PACKED"
-}
+_ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"}
+_ENCODING["tick"] = "DELTA_BINARY_PACKED"
 _ROWS_A_GROUP = 1 << 17
 
 

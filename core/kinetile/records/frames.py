@@ -69,10 +69,8 @@ class Frame(NamedTuple):
     @property
     def momenta(self) -> Floats:
         """(n, 2) masses times velocities; 0 for immovable bodies that stand."""
-        mass = self.masses[:, None]
-        return np.multiply(
-            mass, self.velocities, out=np.zeros_like(self.velocities), where=self.velocities != 0.0
-        )
+        mass, v = self.masses[:, None], self.velocities
+        return np.multiply(mass, v, out=np.zeros_like(v), where=v != 0.0)
 
 
 class _Species:

@@ -291,15 +291,13 @@ def next_event(engine: Engine) -> Event | None:
     engine.build()
     if engine.ledger.pending_events:
         return _event_of_row(engine, engine.ledger.pending_events[0])
-    clock, fields = engine.k.clock[0], engine.fields
-    lists = clock.lists
+    k, fields = engine.k, engine.fields
+    clock, lists = k.clock[0], k.clock[0].lists
     command, fault, beat = int(lists.command), fields.fault.code[0], fields.torus.beat[0]
     fields.fault.code[0] = 0 if fault == JAMMED else fault
     fields.torus.beat[0] = NEVER
     try:  # anchoring a plan again is no event: the next one is returned
-        while (
-            lists.command < lists.commands and int(engine.k.commands[int(lists.command)].code) == REANCHORED
-        ):
+        while lists.command < lists.commands and int(k.commands[int(lists.command)].code) == REANCHORED:
             lists.command += 1
         head = _look(engine, int(clock.now) + 2 * SPAN)
         event = None if head is None else _event_of(engine, head)

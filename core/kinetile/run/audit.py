@@ -233,9 +233,7 @@ def of_passings(k: Kernel, tables: Any, composition: Composition, place: Any) ->
     np.minimum.at(leave, table.a[live], table.tick[live])
     for body in np.flatnonzero((leave != traits.leave) & (number != NOBODY)).tolist():
         yield f"body {number[body]} waits for a parting {said_tick(traits.leave[body])}, and none is due then"
-    inside = np.bincount(table.a[live], minlength=len(number)) + np.bincount(
-        table.b[live], minlength=len(number)
-    )
+    inside = np.bincount(np.append(table.a[live], table.b[live]), minlength=len(number))
     for body in np.flatnonzero((inside != traits.inside) & (number != NOBODY)).tolist():
         text = f"body {number[body]} is counted to pass {traits.inside[body]} others"
         yield f"{text}, and passes {inside[body]}"

@@ -379,11 +379,10 @@ def accepting(
 
 
 def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
-    broad_options = {**scene.settings.options.get(name, {}), **(options or {})}
+    own = scene.settings.options
+    broad_options = {**own.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene, BroadPhaseParts)
-    narrow_options = {
-        each: {**scene.settings.options.get(each, {}), **extra} for each, extra in narrow.items()
-    }
+    narrow_options = {each: {**own.get(each, {}), **extra} for each, extra in narrow.items()}
     decides = who_takes(scene, [each for each in narrow if spec_of(each).role == "pair"])
     given = _narrow_parts(scene, narrow_options, decides)
     pair = pair_parts(scene, decides, given)
@@ -479,9 +478,8 @@ def _demand_solid(
             f"{name} is right only while bodies cannot overlap, and where there are shapes immovable ones "
             f"may: one is the most, and this scene has {fixed}"
         )
-    if pair.contact_distance != "sum of radii" and not (
-        broad.outlines and pair.contact_distance == "outlines"
-    ):
+    right = ("sum of radii", "outlines") if broad.outlines else ("sum of radii",)
+    if pair.contact_distance not in right:
         pairs = (each for each, parts in given.items() if isinstance(parts, PairParts))
         closer = " and ".join(described("narrow phase", each) for each in pairs)
         raise _BroadPhaseRefuses(

@@ -151,12 +151,11 @@ def _misfit(parameter: Parameter, value: object) -> Mistake:
 def _convert(parameter: Parameter, value: Any) -> Any:
     """Returns ``value`` as the parameter's type, or REQUIRED if it is not of that type."""
     if parameter.type in _SEVERAL:
-        each = parameter._replace(type=_SEVERAL[parameter.type])
+        one = parameter._replace(type=_SEVERAL[parameter.type])
         if isinstance(value, str):
-            value = [_read(each, text) for text in value.strip("()[] ").split(",") if text.strip()]
-        several = tuple(
-            _convert(each, one) for one in (value if isinstance(value, list | tuple) else [value])
-        )
+            value = [_read(one, text) for text in value.strip("()[] ").split(",") if text.strip()]
+        values = value if isinstance(value, list | tuple) else [value]
+        several = tuple(_convert(one, each) for each in values)
         return REQUIRED if REQUIRED in several else several
     try:
         if parameter.type == "int" and not isinstance(value, bool):

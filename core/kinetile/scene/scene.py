@@ -58,10 +58,10 @@ class Scene:
     ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
     ``responses`` are the responses of pairs of kinds, or one for bodies and walls
     (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or inserted later; by default
-    they follow from the bodies and from the insertions.
-    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
-    ``origin`` is the source of the scene, and is not compared. ``names`` has a name, or None, for each body;
-    commands may call bodies by them, and by those of insertions: ``numbers`` has the number of each.
+    they follow from the bodies and from the insertions. ``kind_numbers`` is (n,) the place of each body's
+    kind in ``kinds``. ``settings`` are defaults of a run; ``origin`` is the source of the scene, and is not
+    compared. ``names`` has a name, or None, for each body; commands may call bodies by them, and by those of
+    insertions: ``numbers`` has the number of each.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each body is inside the arena and no two overlap, except those that pass through each other (touching is
@@ -357,13 +357,12 @@ def around(scene: Scene) -> str:
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:
     """Returns a scene with obstacles after its bodies, in their order: numbers 0 to n - 1 stay, and theirs
     follow, and after them those of bodies that are inserted. Raises SceneError if they do not fit."""
-    added, own = list(obstacles), len(scene)
+    added = list(obstacles)
+    many, own = len(added), len(scene)
     mistakes = [wrong for at, each in enumerate(added) for wrong in check_obstacle(each, f"obstacles[{at}]")]
     if mistakes:
         raise SceneError(mistakes)
-    later = [
-        each._replace(body=each.body + len(added)) if each.body >= own else each for each in scene.commands
-    ]
+    later = [each._replace(body=each.body + many) if each.body >= own else each for each in scene.commands]
     return scene_of(arguments_of(scene)._replace(obstacles=added, commands=later)) if added else scene
 
 

@@ -408,9 +408,7 @@ def overlapping_shapes(
     deep = np.minimum(reaches[a, 1::2] + reaches[b, ::2] - apart, reaches[a, ::2] + reaches[b, 1::2] + apart)
     size = table.radius[bodies]
     rounding = 2.0**-50 * (np.abs(position[a]) + np.abs(position[b]) + (size[a] + size[b])[:, np.newaxis])
-    open_pairs = np.flatnonzero(
-        (deep + rounding > TOLERANCE * (size[a] + size[b])[:, np.newaxis]).all(axis=1)
-    )
+    open_pairs = np.flatnonzero((deep + rounding > TOLERANCE * (size[a] + size[b])[:, None]).all(axis=1))
     kept = []
     for k in open_pairs.tolist():
         here, there = position[pairs[k]].tolist()

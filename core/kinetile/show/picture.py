@@ -243,9 +243,8 @@ def _placed(
 ) -> Iterator[Item]:
     """Yields a shape, with all its images that are seen; a link as a segment to the nearest image."""
     columns, moves = [], []
-    for axis, (column, period) in enumerate(
-        zip(zip(*points_of(item), strict=True), scene.periods, strict=True)
-    ):
+    axes = zip(zip(*points_of(item), strict=True), scene.periods, strict=True)
+    for axis, (column, period) in enumerate(axes):
         at = [places[each.body][axis] + each.offset if isinstance(each, At) else each for each in column]
         shifts = [0.0]
         if period and all(isinstance(each, At) for each in column):

@@ -23,9 +23,8 @@ def first_fall(q: Polynomial, start: int = 0) -> int | None:
     """Returns the first n from ``start`` on at which Q(n + 1) < min(0, Q(n)), or None."""
     steps = differences(q)
     for low, high in pairwise([start, *changes(steps, start), HORIZON]):
-        if (
-            low < high and value_at(steps, low) < 0 and value_at(q, high) < 0
-        ):  # it falls all the way, and comes below 0
+        falls = low < high and value_at(steps, low) < 0  # all the way
+        if falls and value_at(q, high) < 0:
             return _first(q, low, high) - 1 if value_at(q, low) >= 0 else low
     return None
 

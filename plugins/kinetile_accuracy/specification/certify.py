@@ -202,9 +202,8 @@ class LogCertifier:
         own = [each for each in line[1:] if each >= 0]
         changed = [body for body, pull in enumerate(before) if pull != course.plans[body].pull]
         first = [body for body in own if body in changed and line.b != MOVED]
-        return [
-            CourseEvent(line.tick, body, LEAVING) for body in (*first, *(x for x in changed if x not in own))
-        ]
+        others = [body for body in changed if body not in own]
+        return [CourseEvent(line.tick, body, LEAVING) for body in (*first, *others)]
 
     def _due(self, course: Course, end: int) -> CourseEvent | None:
         """Returns the next event that the list must have; events that it leaves out are carried out."""

@@ -78,10 +78,8 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
     for scene in effort.scenes:
         how: dict[str, Any] = {"seeds": effort.seeds, "encounters": effort.encounters}
         found.append(measure_rows(methods, *scene, progress=show, **how))
-    rows = [row for some in found for row in some]
-    tables = [
-        sections.Table("methods", "What a unit of simulated time costs, and how wrong it is.", tuple(rows))
-    ]
+    rows = tuple(row for some in found for row in some)
+    tables = [sections.Table("methods", "What a unit of simulated time costs, and how wrong it is.", rows)]
     if engines:
         tables.append(sections.Table("engines", "What the engines are set to.", tuple(engines.values())))
     return sections.Section(

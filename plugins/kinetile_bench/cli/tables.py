@@ -159,9 +159,7 @@ def _undue(chosen: Chosen) -> list[str]:
     lines = []
     for row in ran:
         pairs = ((text, getattr(row, name), getattr(base, name)) for name, text in _COSTS.items())
-        times = [
-            f"{own / usual:.3g} times the {text}" for text, own, usual in pairs if own > UNDUE * usual > 0
-        ]
+        times = [f"{own / its:.3g} times the {text}" for text, own, its in pairs if own > UNDUE * its > 0]
         if times and base is not None:
             lines.append(f"{row.phase} has, beside {base.phase}, {', '.join(times)}")
     return lines

@@ -35,9 +35,7 @@ def swarm_of(
     """Returns the scene of these bodies, (n, 2) and (n,); ``aside``: with x and y exchanged."""
     way = slice(None, None, -1 if aside else 1)
     walls, settings = arena[::-1] if arena and aside else arena, Settings(until=until)
-    return Scene(
-        position[:, way], velocity[:, way], radius, arena=walls, turns=list(turns), settings=settings
-    )
+    return Scene(position[:, way], velocity[:, way], radius, arena=walls, turns=[*turns], settings=settings)
 
 
 def slots(random: np.random.Generator, bodies: int, columns: int, rows: int) -> Floats:

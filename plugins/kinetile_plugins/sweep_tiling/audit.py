@@ -227,9 +227,7 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArr
         positions_after(Plan.of(bodies[each]), (since - bodies.anchor[each]) * clock.tick) for each in (a, b)
     )
     reach = reaches_of(k)
-    a_reach, b_reach = (
-        np.where(port & 8, reach[body, 1], -reach[body, 0]) for port, body in ((p, a), (q, b))
-    )
+    a_reach, b_reach = (np.where(port & 8, reach[of, 1], -reach[of, 0]) for port, of in ((p, a), (q, b)))
     width = (b_place[:, 0] + b_reach) - (a_place[:, 0] + a_reach) + away
     rate = bodies.vx[b] - bodies.vx[a]
     due = np.where(fails, falls_many(k, since, width, rate), NEVER)

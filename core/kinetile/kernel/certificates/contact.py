@@ -347,11 +347,9 @@ def is_whole(axis: Axis, time: float, rest: float) -> bool:
     flown = axis.v * time
     moved = axis.turns * axis.period
     far = axis.x2 - axis.x
-    exact = (
-        kept(axis.v, time, flown) and (rest == 0.0 or axis.v == 0.0) and kept(axis.turns, axis.period, moved)
-    )
-    exact = exact and whole_sum(axis.x2, -axis.x) and whole_sum(far, moved)
-    return exact and whole_sum(far + moved, -flown) and whole_sum(axis.v2, -axis.v)
+    exact = kept(axis.v, time, flown) and (rest == 0.0 or axis.v == 0.0)
+    exact = exact and kept(axis.turns, axis.period, moved) and whole_sum(axis.x2, -axis.x)
+    return exact and whole_sum(far, moved) and whole_sum(far + moved, -flown) and whole_sum(axis.v2, -axis.v)
 
 
 @hook

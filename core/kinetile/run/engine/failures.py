@@ -45,9 +45,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     if fault in _OF_SLOTS:
         a, b = (int(k.queue[slot].number) if slot >= 0 else slot for slot in slots)
     bodies = tuple(body for body in (a, b) if body >= 0)
-    named = (
-        f"bodies {a} and {b}" if b >= 0 else f"body {a}" + (f" and the {WALLS[b]} wall" if b in WALLS else "")
-    )
+    named = f"bodies {a} and {b}" if b >= 0 else f"body {a}"
+    named += f" and the {WALLS[b]} wall" if b in WALLS else ""
     at, phase = f"at time {time!r}", described("broad phase", composition.broad_phase)
     if fault == tables.TOO_DEEP and b >= 0 and _pass_through(k, composition, *slots):
         narrow = _narrow_phases(composition)
@@ -183,6 +182,5 @@ def _pass_through(k: Kernel, composition: Composition, a: int, b: int) -> bool:
     if composition.pair is None:
         return False
     aside = Kernel(*(table.copy() for table in k))
-    return bool(
-        compose(part_head_on, {"collide": composition.pair.collide}, "part", Kernel)(aside, a, b) < 0.0
-    )
+    apart = compose(part_head_on, {"collide": composition.pair.collide}, "part", Kernel)(aside, a, b)
+    return bool(apart < 0.0)

@@ -22,9 +22,8 @@ def fields_of(table: Records) -> Fields:
     """Returns the fields of the only record of a table, each as a view of one plain number."""
     plain = table.view(np.ndarray)
     views = ((name, plain[name]) for name in plain.dtype.names)
-    return SimpleNamespace(
-        **{name: fields_of(view) if view.dtype.names else memoryview(view) for name, view in views}
-    )
+    found = {name: fields_of(view) if view.dtype.names else memoryview(view) for name, view in views}
+    return SimpleNamespace(**found)
 
 
 class _Taken(NamedTuple):

@@ -209,9 +209,8 @@ def renewed(
     contents, slots = contents_of(k), len(k.bodies)
     needed = len(contents.plans) + (0 if coming is None else len(coming))
     capacity = max(2 * slots, needed, LEAST) if roomy or needed > slots else slots
-    new = _renewed(
-        k, contents, scene, composition.prepared_for(present_scene(contents, scene, capacity, coming))
-    )
+    present = present_scene(contents, scene, capacity, coming)
+    new = _renewed(k, contents, scene, composition.prepared_for(present))
     if coming is not None:  # all before it has happened: where a run has stopped does not count
         new.k.clock.now = coming.tick[0]
     return new
