@@ -135,9 +135,8 @@ def describe_row(row: Mapping[str, Any] | None) -> str:
     if "ended" in row:
         ran = row["ended"] == "ran"
         return f"ran to time {row['time']!r}" if ran else f"ended at time {row['time']!r} with {row['ended']}"
-    return ", ".join(
-        f"{name} {value!r}" if isinstance(value, float) else f"{name} {value}" for name, value in row.items()
-    )
+    values = {name: repr(value) if isinstance(value, float) else value for name, value in row.items()}
+    return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
 @dataclass(frozen=True)

@@ -63,9 +63,8 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
     motion = "flying straight"
     if scene.bent:
         one = scene.acceleration[0] if len(scene) and scene.uniform else None
-        pulls = (
-            f"accelerations up to {[*scene.pull]!r}" if one is None else f"the acceleration {one.tolist()!r}"
-        )
+        pulls = f"accelerations up to {[*scene.pull]!r}"
+        pulls = pulls if one is None else f"the acceleration {one.tolist()!r}"
         motion = f"flying with {pulls}, on chords for the broad phase,"
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
     left_out = ("" if scene.bent else "gravity, ") + "friction, rotation, growth"

@@ -228,10 +228,8 @@ def choose(
     good = [choices[row.phase] for row in able if row.rate >= HOPELESS * best]
     contacts = min(max(int(best * seconds), CONTACTS), MOST)
     measured = bench_scene(scene, good, until, max_contacts=contacts, repeats=repeats, progress=progress)
-    rows = {row.phase: row for row in measured.rows}
-    found = [
-        Candidate(**vars(rows.get(row.phase, row)), hopeless=row.phase not in rows) for row in pilot.rows
-    ]
+    new = {row.phase: row for row in measured.rows}
+    found = [Candidate(**vars(new.get(row.phase, row)), hopeless=row.phase not in new) for row in pilot.rows]
     found.sort(key=lambda each: (each.hopeless, -each.rate, each.phase))
     identical = pilot.identical and measured.identical
     phase, reason = _recommendation(found, repeats, identical)

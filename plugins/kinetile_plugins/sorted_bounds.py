@@ -209,9 +209,8 @@ def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
     if corners[0, axis] < corners[1, axis]:  # a body at a wall reaches a skin beyond it, for a moment
         low, high = corners
     foot = float(low[1 - axis])
-    yield Segment(
-        "axis", _point(float(low[axis]), foot, axis), _point(float(high[axis]), foot, axis), label="xy"[axis]
-    )
+    begin, end = (_point(float(each[axis]), foot, axis) for each in (low, high))
+    yield Segment("axis", begin, end, label="xy"[axis])
     for bound in order.tolist():
         body, due = bound >> 1, int(lists.due[0, bound])
         edge = _edge(lists, 0, bound)

@@ -172,9 +172,8 @@ def resume(
         if not goes_on and (done if begun else simulation.observed):
             what = ", ".join(begun) or "nothing"
             notice(f"kinetile: {what} is observed from time {simulation.time:.10g} on, and nothing of before")
-        saves = runner.Checkpoint(
-            simulation, recorder, file, every or note.get("every"), {**requested, "observe": begun}
-        )
+        kept = {**requested, "observe": begun}
+        saves = runner.Checkpoint(simulation, recorder, file, every or note.get("every"), kept)
         most = requested["max_contacts"]
         further = None if most is None else max(most - done, 0)
         runner.run_to_end(

@@ -337,9 +337,8 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     scene, apart = engine.scene, (new.kind, new.shape, new.acceleration)
     if scene.shapes or scene.periodic or scene.bent or not all(each is None for each in apart):
         return None
-    position, velocity = (
-        two.tolist() if isinstance(two, np.ndarray) else two for two in (new.position, new.velocity)
-    )
+    both = new.position, new.velocity
+    position, velocity = (two.tolist() if isinstance(two, np.ndarray) else two for two in both)
     if not (isinstance(position, tuple | list) and isinstance(velocity, tuple | list)):
         return None
     numbers = [*position, *velocity, new.radius, new.mass]

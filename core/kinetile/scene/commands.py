@@ -236,9 +236,8 @@ def check_command(command: Any, where: str, start: float | None, extent: Extent 
         return [Mistake(where, shown(command), expected)]
     mistakes = []
     for name, (field, value) in values_of(command).items():
-        mistakes += field.mistakes(value, f"{where}.{name}") or (
-            check_time(value, f"{where}.{name}", start) if name == "time" else []
-        )
+        at = f"{where}.{name}"
+        mistakes += field.mistakes(value, at) or (check_time(value, at, start) if name == "time" else [])
     if isinstance(command, Insert) and extent is not None and not mistakes:
         mistakes += _check_place(command, where, extent)
     if isinstance(command, Move) and extent is not None and not mistakes:

@@ -252,9 +252,8 @@ def _read_responses(
         pair = between if isinstance(between, tuple | list) and len(between) == 2 else ()
         named = sum(each == WALL for each in pair)
         if not pair or named > 1 or not all(is_kind(each) or each in (WALL, ANY) for each in pair):
-            mistakes.append(
-                Mistake(where, shown(between), f"two kinds, or one and {WALL!r}; {ANY!r} for any")
-            )
+            wanted = f"two kinds, or one and {WALL!r}; {ANY!r} for any"
+            mistakes.append(Mistake(where, shown(between), wanted))
             continue
         response = Response(what) if isinstance(what, str) else what
         if not isinstance(response, Response):
@@ -266,9 +265,8 @@ def _read_responses(
             ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))
             places.setdefault(ordered, where)
             if rules.setdefault(ordered, response) != response:
-                mistakes.append(
-                    Mistake(where, repr(response), f"one response, and {rules[ordered]!r} is another")
-                )
+                wanted = f"one response, and {rules[ordered]!r} is another"
+                mistakes.append(Mistake(where, repr(response), wanted))
     return tuple(sorted(rules.items(), key=lambda rule: [_order(each) for each in rule[0]]))
 
 

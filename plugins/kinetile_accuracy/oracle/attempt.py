@@ -232,9 +232,8 @@ class Attempt:
             if moment.ball > self._now.ball:
                 return PossibleEvent(moment, root if isinstance(moment.number, arb) else None)
         far = math.hypot(_least(dx), _least(dy)) * SURE - float(arb(reach).upper())
-        return self._open(
-            f"graze or contact at a standstill of discs {a} and {b}", far, math.hypot(_most(vx), _most(vy))
-        )
+        doubt = f"graze or contact at a standstill of discs {a} and {b}"
+        return self._open(doubt, far, math.hypot(_most(vx), _most(vy)))
 
     def _wall(self, key: Key) -> PossibleEvent | None:
         _, body, wall = key

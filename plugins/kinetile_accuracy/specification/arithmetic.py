@@ -171,9 +171,8 @@ class PairQuadratic:
         self.since = max(one.anchor, two.anchor)
         self.bits = max(one.bits, two.bits)
         ways = zip(one.flown(self.since, self.bits), two.flown(self.since, self.bits), strict=True)
-        (self.dx, self.vx, self.hx), (self.dy, self.vy, self.hy) = (
-            [after - before for before, after in zip(*way, strict=True)] for way in ways
-        )
+        along = ([after - before for before, after in zip(*way, strict=True)] for way in ways)
+        (self.dx, self.vx, self.hx), (self.dy, self.vy, self.hy) = along
         if frame is not None:
             self.dx += self._periods(one, two, frame, image, 0)
             self.dy += self._periods(one, two, frame, image, 1)

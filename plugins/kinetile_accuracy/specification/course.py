@@ -138,9 +138,8 @@ class Course:
         self._stamp = [0] * count
         self._whole: list[Vector] = [(0.0, 0.0)] * count  # accelerations, whatever holds a body
         self.held: list[tuple[Support, ...]] = [()] * count
-        self._bounds = ContactBounds(
-            np.array(self._radius), self.frame.fine, scene.periods, bool(scene.shapes), self.bent
-        )
+        radius, shaped = np.array(self._radius), bool(scene.shapes)
+        self._bounds = ContactBounds(radius, self.frame.fine, scene.periods, shaped, self.bent)
         self.present = [False] * count
         self.plans = [FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.0, self.frame)] * count
         states = (column.tolist() for column in (scene.position, scene.velocity, scene.acceleration))
@@ -210,10 +209,8 @@ class Course:
         r = self._radius[command.body]
         x, y = command.position
         reaches = self._shapes[command.body].reaches if self._shapes else (r, r, r, r)
-        both = reaches[:2], reaches[2:]
-        for place, side, period, (low, high) in zip(
-            (x, y), self._arena, self.frame.periods, both, strict=False
-        ):
+        axes = zip((x, y), self._arena, self.frame.periods, (reaches[:2], reaches[2:]), strict=False)
+        for place, side, period, (low, high) in axes:
             if not period and (place < low - 1e-12 * r or side - place < high - 1e-12 * r):
                 return False
         plan = FlightPlan(x, y, 0.0, 0.0, self.now, r, self.frame)

@@ -33,9 +33,8 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     for body, of in zip(there[wide], level[wide], strict=True):
         yield f"body {body} is too wide for the cells of level {of}"
     levels = s.levels
-    narrow = np.minimum(
-        np.where(levels.columns > 1, levels.side, np.inf), np.where(levels.rows > 1, levels.height, np.inf)
-    )
+    across = np.where(levels.columns > 1, levels.side, np.inf)
+    narrow = np.minimum(across, np.where(levels.rows > 1, levels.height, np.inf))
     room = 0.5 * (narrow - least_side(levels.widest, skin))
     for of in np.flatnonzero((levels.slack > room) | (room < 0.0)):
         yield f"level {of} has cells of side {narrow[of]}: too narrow for a slack of {levels.slack[of]}"
@@ -167,9 +166,8 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     own = k.queue.own.tolist()
     homes = s.homes.view(np.ndarray).tolist()  # (x, y, cell, next, way, level)
     grids = s.levels.view(np.ndarray)
-    sides, heights, columns, rows, cells, firsts = (
-        grids[name].tolist() for name in ("side", "height", "columns", "rows", "cells", "first")
-    )
+    names = ("side", "height", "columns", "rows", "cells", "first")
+    sides, heights, columns, rows, cells, firsts = (grids[name].tolist() for name in names)
     periodic = len(k.images) > 0
     fails: dict[tuple[int, int, int], int] = {}
     inside = defaultdict(list)  # by the number of the cell

@@ -80,9 +80,8 @@ def grown(
         (side, side),
         periodic=periodic,
     )
-    return _grow(scene, final, density, contacts).replace(
-        velocity=numerics.maxwell(temperature, every_mass, for_velocities)
-    )
+    scene = _grow(scene, final, density, contacts)
+    return scene.replace(velocity=numerics.maxwell(temperature, every_mass, for_velocities))
 
 
 def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene:

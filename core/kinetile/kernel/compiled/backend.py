@@ -109,9 +109,8 @@ def _mentions(part: Any, name: str) -> bool:
     """Whether a class has a member, or its methods set or read an attribute of this name."""
     members = (each for base in getattr(part, "__mro__", ()) for each in vars(base).values())
     functions = (getattr(each, "__func__", each) for each in members)  # those of the class as well
-    return hasattr(part, name) or any(
-        name in each.__code__.co_names for each in functions if isinstance(each, FunctionType)
-    )
+    codes = (each.__code__ for each in functions if isinstance(each, FunctionType))
+    return hasattr(part, name) or any(name in each.co_names for each in codes)
 
 
 def check() -> None:

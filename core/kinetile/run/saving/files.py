@@ -436,6 +436,5 @@ def read_whole(path: str | os.PathLike[str]) -> bytes:
 
 
 def _unwritable(name: str, error: OSError) -> RecordError:
-    return RecordError(
-        f"{name} cannot be written: {error.strerror or error}; what was there under this name is as it was"
-    )
+    why = error.strerror or error
+    return RecordError(f"{name} cannot be written: {why}; what was there under this name is as it was")
