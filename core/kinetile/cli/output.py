@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from kinetile.scene import Scene
 
 _ENDLESS = 100_000
+_WITHIN = "\0"
+"""Before the name of an entry of a table, until it is printed: names have dots of their own (``P.error``)."""
 
 
 def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
@@ -46,11 +48,11 @@ def as_csv(rows: Iterable[Any]) -> str:
     entry of a table (``outer.inner``), JSON of a list, an empty field for what is missing."""
     flat = [dict(_flat(_plain(_fields(row)))) for row in rows]
     names = dict.fromkeys(name for row in flat for name in row)
-    kept = [name for name in names if not any(other.startswith(f"{name}.") for other in names)]
+    kept = [name for name in names if not any(other.startswith(name + _WITHIN) for other in names)]
     text = io.StringIO()
     writer = csv_format.DictWriter(text, kept, extrasaction="ignore", lineterminator="\n")
     if kept:
-        writer.writeheader()
+        writer.writerow({name: name.replace(_WITHIN, ".") for name in kept})
     writer.writerows(flat)
     return text.getvalue()
 
@@ -58,7 +60,7 @@ def as_csv(rows: Iterable[Any]) -> str:
 def _flat(row: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
     for name, value in row.items():
         if isinstance(value, dict) and value:
-            yield from _flat(value, f"{before}{name}.")
+            yield from _flat(value, before + name + _WITHIN)
         else:
             as_text = isinstance(value, bool | list | dict)
             yield before + name, json_format.dumps(value) if as_text else value

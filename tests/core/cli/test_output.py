@@ -88,6 +88,8 @@ def test_rows_as_csv_have_every_digit_a_column_for_each_entry_and_nothing_for_wh
         '"c""d",,,,[],false',
     ]
     assert as_csv([]) == ""
+    beside = [{"P": 1.5, "P.error": 0.5, "parts": {}}, {"P": None, "parts": {"run": 0}}]
+    assert as_csv(beside) == "P,P.error,parts.run\n1.5,0.5,\n,,0\n"  # a mean was left out beside its error
 
 
 @dataclasses.dataclass(frozen=True)
