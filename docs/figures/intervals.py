@@ -54,7 +54,7 @@ CASES = [
     Case("torus, density .3", lambda seed: _fluid(seed, 0.3, "xy"), 60.0, "pressure", "P"),
     Case("torus, density .6", lambda seed: _fluid(seed, 0.6, "xy"), 60.0, "pressure", "Z"),
     Case("box, density .5", lambda seed: _fluid(seed, 0.5, ""), 60.0, "pressure", "P"),
-    Case("box, density .5, by walls", lambda seed: _fluid(seed, 0.5, ""), 60.0, "pressure", "P_walls"),
+    Case("box, density .5, by walls", lambda seed: _fluid(seed, 0.5, ""), 60.0, "pressure", "P_left"),
     Case("torus, by impulses", lambda seed: _fluid(seed, 0.5, "xy"), 60.0, "pressure:by=impulses", "P"),
     Case("box, masses 1 and 8", _kinetic, 400.0, "temperature:every=0.5", "kT of mass 1.0", 1.0),
     Case("box, masses 1 and 8", _kinetic, 800.0, "temperature:every=2", "kT of mass 8.0", 1.0),

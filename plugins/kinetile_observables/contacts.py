@@ -31,10 +31,8 @@ from kinetile_observables.geometry import axes_with_walls, displacement, inner_e
 
 
 class Pressure(Observable):
-    """``P`` by the virial of all contacts, ``kT`` beside it, ``P/kT``, ``Z`` = P A / (N kT), the pressure on
-    each wall, such as ``P_bottom``, and ``P_walls``, their mean.
-
-    With accelerations ``P`` is the mean over the arena, and there is no ``P_walls``.
+    """``P`` by the virial of all contacts, the mean over the arena, ``kT`` beside it, ``P/kT``, ``Z`` =
+    P A / (N kT), and the pressure on each wall, such as ``P_bottom``.
 
     ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
     and all contacts are elastic.
@@ -138,8 +136,6 @@ class Pressure(Observable):
                 found["P"] = virial / self.area
                 found |= {"kT": heat, "P/kT": found["P"] / heat, "Z": virial / (self.bodies * heat)}
             forces = {wall: unit * float(at_walls[-1 - wall]) / time for wall in self.lengths}
-            if forces and not self.scene.bent:
-                found["P_walls"] = sum(forces.values()) / sum(self.lengths.values())
             found |= {f"P_{WALLS[wall]}": force / self.lengths[wall] for wall, force in forces.items()}
         return found
 

@@ -22,7 +22,7 @@ def observed() -> list:
 def test_json_has_the_estimates_of_a_simulation():
     found = printed(RUN)["observed"]
     rows = [row._asdict() for row in observed()]
-    walls = [f"P_{wall}" for wall in ("walls", "left", "right", "bottom", "top")]
+    walls = [f"P_{wall}" for wall in ("left", "right", "bottom", "top")]
     names = ["P", "kT", "P/kT", "Z", *walls, "pairs", "walls", "Gamma", *["msd"] * 3]
     assert [row["quantity"] for row in found] == names
     assert [row["at"] for row in found[-3:]] == [0.0, 0.5, 1.0]
