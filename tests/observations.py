@@ -243,8 +243,8 @@ def space_time(game: Game, folder: Path) -> None:
         assert space_time_svg(run).startswith(b"<")
 
 
-OBSERVED = ("energy", "momentum", "temperature", "rates", "pressure", "msd", "vacf", "g", "S")
-OBSERVED += ("psi6", "cells")
+OFTEN = ("energy", "momentum", "temperature", "msd", "vacf", "g", "S", "psi6", "cells")
+OBSERVED = ("rates", "pressure", *(f"{name}:every=0.25" for name in OFTEN))
 
 
 def observables(game: Game, folder: Path) -> None:
@@ -255,12 +255,11 @@ def observables(game: Game, folder: Path) -> None:
     for phase in ("naive", "cells"):
         said = {}
         for name in OBSERVED:
-            every = "" if name in ("rates", "pressure") else ":every=0.25"
             sim = game.simulation(phase)
             try:
-                sim.run(until=1.25, observe=[name + every])
+                sim.run(until=1.25, observe=[name])
                 said[name] = repr(sim.observed.rows())
-                measured += [name + every] if found else []
+                measured += [name] if found else []
             except KinetileError as error:
                 said[name] = str(error)
         found.append(said)

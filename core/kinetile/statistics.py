@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+_Value = TypeVar("_Value")
 
 _MOST_BLOCKS = 256
 _FEWEST_BLOCKS = 8
@@ -54,8 +55,15 @@ class ObservedRow(NamedTuple):
     blocks: int
 
 
-class Observed(dict[str, dict[str, Estimate]]):
-    """The estimates of a run by observable (with options, if it is there twice), then by quantity."""
+class Named(dict[str, _Value]):
+    """Results by name; KeyError says which names there are."""
+
+    def __missing__(self, name: str) -> NoReturn:
+        raise KeyError(f"{name!r} was not observed, but {', '.join(map(repr, self)) or 'nothing'}")
+
+
+class Observed(Named[Named[Estimate]]):
+    """The estimates of a run by observable, as it was written with its options, then by quantity."""
 
     def rows(self) -> list[ObservedRow]:
         """Returns all numbers as the rows of one table."""

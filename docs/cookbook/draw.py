@@ -87,7 +87,7 @@ def diffusion():
     figure, left, right = panels("t", "msd / 4t", "t", "C(t) / C(0)")
     sim = fluid(10_000, 0.5)
     sim.run(sim.time + 500.0, observe=["msd:every=0.1,lags=200", "vacf:every=0.1,lags=200"])
-    msd, c = sim.observed["msd"]["msd"], sim.observed["vacf"]["vacf"]
+    msd, c = (curve for found in sim.observed.values() for curve in found.values())
     t = c.at[1:]
     dots(left, t, np.transpose([msd.mean[1:], msd.error[1:]]) / (4 * t[:, None]), "10,000 discs")
     dots(right, t, np.transpose([c.mean[1:], c.error[1:]]) / c.mean[0], "10,000 discs")
@@ -109,7 +109,7 @@ def pair_correlation():
         sim, contact = fluid(1600, density), []
         for _ in range(32):
             sim.run(math.floor(sim.time) + 100.0 * (1 - density), observe=["g:bins=400,to=4"])
-            g = sim.observed["g"]["g"]
+            g = sim.observed["g:bins=400,to=4"]["g"]
             near = (g.at > 1) & (g.at < 1.3)
             contact.append(np.polynomial.Polynomial.fit(g.at[near], g.mean[near], 3)(1.0))
         axes.plot(g.at, g.mean, DASHES[k], color=f"C{k}", lw=1)
@@ -177,7 +177,7 @@ def lorentz_gas():
         scene = kt.Scene(places, speeds, radii, masses, (wide, high), periodic="xy")
         sim = kt.Simulation(scene, keep_contacts=False)
         sim.run(max_contacts=5_000_000, observe=["rates", "msd:every=20,lags=10"])
-        rate, msd = sim.observed["rates"]["pairs"], sim.observed["msd"]["msd"]
+        rate, msd = sim.observed["rates"]["pairs"], sim.observed["msd:every=20,lags=10"]["msd"]
         exact = (wide * high - 2 * math.pi) / 4  # pi area / perimeter
         paths.append((1000 * (1 / (rate.mean * exact) - 1), 1000 * rate.error / rate.mean))
         spreads.append(((msd.mean[10] - msd.mean[5]) / 400, math.hypot(msd.error[5], msd.error[10]) / 400))

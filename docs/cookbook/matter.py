@@ -57,7 +57,7 @@ def diffusion() -> None:
     slopes, rates = [], []
     for _ in range(16):
         sim.run(sim.time + 3.0, observe=["vacf:every=0.02,lags=12", "msd:every=0.02,lags=12", "rates"])
-        c = sim.observed["vacf"]["vacf"]
+        c = sim.observed["vacf:every=0.02,lags=12"]["vacf"]
         logarithm = np.log(c.mean / c.mean[0])  # 0 at 0
         slopes.append(np.polynomial.polynomial.polyfit(c.at, logarithm, [1, 2, 3])[1])
         rates.append(sim.observed["rates"]["Gamma"].mean)
@@ -68,7 +68,7 @@ def diffusion() -> None:
     assert abs(slope + rate) < 4 * math.hypot(error, its_error)
     assert error < 0.02 * rate
     assert abs(rate - expected) < 4 * its_error
-    msd = sim.observed["msd"]["msd"]
+    msd = sim.observed["msd:every=0.02,lags=12"]["msd"]
     assert 1.8 < msd.mean[1] / msd.at[1] ** 2 < 2.0
 
 
@@ -83,7 +83,7 @@ def pair_correlation() -> None:
     contact, factors = [], []
     for _ in range(8):
         sim.run(sim.time + 20.0, observe=["g:bins=150,to=1.5,every=1", "pressure"])
-        g = sim.observed["g"]["g"]
+        g = sim.observed["g:bins=150,to=1.5,every=1"]["g"]
         near = (g.at > 1.0) & (g.at < 1.3)
         contact.append(np.polynomial.Polynomial.fit(g.at[near], g.mean[near], 3)(1.0))
         factors.append(sim.observed["pressure"]["Z"].mean)
@@ -195,7 +195,7 @@ def lorentz_gas() -> None:
     w = 0.1
     sim = kt.Simulation(lattice(w), keep_contacts=False)
     sim.run(100_000.0, observe=["msd:every=20,lags=10"])
-    msd = sim.observed["msd"]["msd"]
+    msd = sim.observed["msd:every=20,lags=10"]["msd"]
     D, error = (msd.mean[10] - msd.mean[5]) / 400, math.hypot(msd.error[10], msd.error[5]) / 400
     hops = w * (2 + w) ** 2 / (math.pi * (math.sqrt(3) * (2 + w) ** 2 - 2 * math.pi))
     print(f"gap {w}: D = {D:.4f} +- {error:.4f}, by hops {hops:.4f}")

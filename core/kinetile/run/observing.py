@@ -32,7 +32,7 @@ from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
 from kinetile.scene.checks import is_finite, is_number, shown
-from kinetile.statistics import Blocks, Estimate, Floats, Observed
+from kinetile.statistics import Blocks, Estimate, Floats, Named, Observed
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -99,7 +99,7 @@ class _Observation:
     def __init__(self, text: str) -> None:
         if not isinstance(text, str):
             raise BadOption(f"an observable goes by its name; found {shown(text)}")
-        self.text = text
+        self.text = text.strip()
         self.name, options = read_phase(text, "observable")
         made = registry().target("observable", self.name)
         check_options("observable", self.name, made, options, ("every", "after"))
@@ -205,15 +205,18 @@ class _Observation:
             raise TypeError(f"quantity {quantity!r} has the shape {numbers.shape}, and had {length} before")
         return numbers
 
-    def estimates(self) -> dict[str, Estimate]:
+    def estimates(self) -> Named[Estimate]:
         with calling("observable", self.name, "axes", may_refuse=False):
             axes = self.observable.axes
-            return {
-                name: blocks.estimate(*_axis(axes[name], name, blocks.shape))
-                if name in axes and blocks.shape
-                else blocks.estimate()
+            return Named(
+                (
+                    name,
+                    blocks.estimate(*_axis(axes[name], name, blocks.shape))
+                    if name in axes and blocks.shape
+                    else blocks.estimate(),
+                )
                 for name, blocks in self.blocks.items()
-            }
+            )
 
 
 def _numbers(value: Any, what: str) -> Floats:
@@ -248,7 +251,10 @@ class Observers:
 
     def __init__(self, scene: Scene, observe: Sequence[str]) -> None:
         self._observations = [_Observation(text) for text in observe]
+        names = [each.text for each in self._observations]
         for each in self._observations:
+            if names.count(each.text) > 1:
+                raise BadOption(f"observable {each.text!r} is there twice; expected each once")
             each.prepare(scene)
         self._first: tuple[float, int] | None = None
         self._fresh = self._running = False
@@ -381,11 +387,7 @@ class Observers:
 
     def results(self) -> Observed:
         """Returns the estimates so far."""
-        names = [each.name for each in self._observations]
-        return Observed(
-            (each.name if names.count(each.name) == 1 else each.text, each.estimates())
-            for each in self._observations
-        )
+        return Observed((each.text, each.estimates()) for each in self._observations)
 
 
 def _place(engine: Engine) -> tuple[int, int]:

@@ -227,7 +227,7 @@ def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
     assert event is not None
     (watcher,) = watchers
     assert watcher.samples[-1] <= sim.time < watcher.samples[-1] + 0.01
-    assert sim.observed["watcher"]["time"].mean == pytest.approx(np.mean(watcher.samples))
+    assert sim.observed["watcher:every=0.01"]["time"].mean == pytest.approx(np.mean(watcher.samples))
 
 
 @pytest.mark.parametrize(

@@ -83,10 +83,10 @@ def test_observables_are_columns_with_their_errors(tmp_path):
     (row,) = study.rows()
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
     sim.run(2.0, observe=observe)
-    for quantity, (mean, error, blocks, *_) in sim.observed["rates"].items():
-        names = (f"observed.rates.{quantity}{end}" for end in ("", ".error", ".blocks"))
+    for quantity, (mean, error, blocks, *_) in sim.observed[observe[0]].items():
+        names = (f"observed.{observe[0]}.{quantity}{end}" for end in ("", ".error", ".blocks"))
         assert [row[name] for name in names] == pytest.approx([mean, error, blocks])
-    assert row["observed.g.g"]["mean"] == pytest.approx(sim.observed["g"]["g"].mean.tolist())
+    assert row["observed.g:bins=2.g"]["mean"] == pytest.approx(sim.observed["g:bins=2"]["g"].mean.tolist())
 
 
 @pytest.mark.small

@@ -26,11 +26,11 @@ def test_a_free_body_moves_as_the_square_of_time():
     sim = kt.Simulation(kt.Scene([(0.0, 0.0)], [(3.0, 4.0)], 1.0, 2.0), "naive")
     sim.run(1.0, observe=["msd:every=0.125,lags=4", "vacf:every=0.125,lags=20", "energy", "momentum"])
     found = sim.observed
-    msd = found["msd"]["msd"]
+    msd = found["msd:every=0.125,lags=4"]["msd"]
     assert msd.axis == "time"
     assert msd.at.tolist() == [0.0, 0.125, 0.25, 0.375, 0.5]
     assert msd.mean == pytest.approx(25.0 * msd.at**2)
-    vacf = found["vacf"]["vacf"]
+    vacf = found["vacf:every=0.125,lags=20"]["vacf"]
     assert vacf.mean[:9].tolist() == [25.0] * 9
     assert np.isnan(vacf.mean[9:]).all()  # longer than the run
     assert found["energy"]["E"].mean == 25.0
@@ -41,7 +41,7 @@ def test_bodies_that_come_begin_a_new_displacement():
     scene = kt.Scene([(0.0, 0.0)], [(1.0, 0.0)], 1.0, commands=[kt.Insert(0.5, (9.0, 9.0), (1.0, 0.0), 1.0)])
     sim = kt.Simulation(scene, "naive")
     sim.run(1.0, observe=["msd:every=0.25,lags=4"])
-    msd = sim.observed["msd"]["msd"].mean
+    msd = sim.observed["msd:every=0.25,lags=4"]["msd"].mean
     assert msd[:3] == pytest.approx([0.0, 0.0625, 0.25])
     assert np.isnan(msd[3:]).all()
 
@@ -50,7 +50,7 @@ def test_immovable_bodies_do_not_count_in_a_displacement():
     scene = kt.Scene([(0.0, 0.0), (9.0, 9.0)], [(3.0, 4.0), (0.0, 0.0)], 1.0, [1.0, math.inf])
     sim = kt.Simulation(scene, "naive")
     sim.run(1.0, observe=["msd:every=0.25,lags=4", "vacf:every=0.25,lags=4"])
-    msd, vacf = sim.observed["msd"]["msd"], sim.observed["vacf"]["vacf"]
+    (msd,), (vacf,) = (each.values() for each in sim.observed.values())
     assert msd.mean == pytest.approx(25.0 * msd.at**2)
     assert vacf.mean == pytest.approx(np.full(5, 25.0))
 
@@ -69,7 +69,7 @@ def test_heights_are_those_of_each_body_s_own_acceleration():
     scene = kt.Scene(*moving, [1.0, 2.0, math.inf], arena=(4, 4), gravity=(0.0, -1.0), acceleration=own)
     sim = kt.Simulation(scene, "naive")
     sim.run(4.0, observe=["energy:every=0.25"])
-    found = sim.observed["energy"]
+    found = sim.observed["energy:every=0.25"]
     assert sim.readings.contacts_disc
     assert found["E"].mean + found["U"].mean == pytest.approx(1.375 + 1.0 - 2.0 * (1.5 + 0.5))
 

@@ -74,7 +74,7 @@ def test_flips_are_the_pairs_that_become_neighbours_one_by_one():
         pairs = now
     sim.run(0.5, observe=["flips:every=0.05"])
     assert came > 4
-    assert sim.observed["flips"]["flips"].mean == pytest.approx(came / 0.5)
+    assert sim.observed["flips:every=0.05"]["flips"].mean == pytest.approx(came / 0.5)
 
 
 def test_flips_are_those_of_power(tmp_path):

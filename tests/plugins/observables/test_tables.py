@@ -26,8 +26,8 @@ def compressibility(bodies: int, density: float, warm: float, time: float) -> Es
     scene = kt.make_scene("mixture", bodies=bodies, density=density, radii=(0.5,), periodic="xy")
     sim = kt.Simulation(scene, "cells", keep_contacts=False)
     sim.run(warm)
-    sim.run(warm + time, observe=[f"pressure:every={time / 256}"])
-    return sim.observed["pressure"]["Z"]
+    sim.run(warm + time, observe=[name := f"pressure:every={time / 256}"])
+    return sim.observed[name]["Z"]
 
 
 @pytest.mark.parametrize(
