@@ -140,7 +140,7 @@ def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     each = f" ({checks / contacts:.3g} and {solves / contacts:.3g} a contact)" if contacts else ""
     yield "contact times", f"{checks:,} candidate checks, {solves:,} exact solves{each}"
     yield "deepest overlap", f"{found['deepest_overlap']:.2g} radii"
-    yield "energy drift", f"{found['energy_drift']:.2g} (relative)"
+    yield "unaccounted energy", f"{found['unaccounted_energy']:.2g} (relative; by no command or response)"
     yield "lateness", f"{found['lateness']:.2g} time units"
     if found["audits"]:
         yield "audits", f"{found['audits']:,}: nothing was found"

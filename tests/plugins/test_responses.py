@@ -50,7 +50,7 @@ def test_a_contact_of_two(response, velocities, mass, expected, phase):
     sim = played(scene, phase)
     sim.run(max_contacts=1)
     assert sim.velocities().tolist() == expected
-    assert response == "stop" or sim.readings.energy_drift == 0.0
+    assert response == "stop" or sim.readings.unaccounted_energy == 0.0
     if response == "stop":
         sim.run(until=5.0)
         assert len(sim.contacts) == 1

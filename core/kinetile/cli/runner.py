@@ -33,7 +33,7 @@ EVERY = 60.0
 """Seconds between two checkpoints, unless ``--every`` says otherwise."""
 
 
-_VERBOSE = {"energy drift", "lateness"}
+_VERBOSE = {"unaccounted energy", "lateness"}
 """Readings that a run prints with ``--verbose``: of most runs both are 0."""
 
 

@@ -23,8 +23,8 @@ class Readings:
     The measures of a kinetic data structure (thesis, section 2.1) are among them. Responsiveness: events a
     CPU second. Efficiency: structural events for each contact. Compactness: the length of the queue.
     Locality: the number of rescheduled certificates. Candidate checks and exact times for each contact
-    measure the quality of the broad phase; deepest overlap, energy drift and lateness the accuracy of the
-    run.
+    measure the quality of the broad phase; deepest overlap, unaccounted energy and lateness the
+    accuracy of the run.
 
     Attributes:
         contacts: number of contacts of all kinds, those of ``Simulation.contacts``.
@@ -44,7 +44,8 @@ class Readings:
         queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
         pairs_max: most pairs in the broad phase's pair set; 0 if it keeps none.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body (``scene.radius``).
-        energy_drift: relative change of kinetic energy, apart from what commands and responses change.
+        unaccounted_energy: relative change of energy (with accelerations, that of heights as well) that is
+            none by a command or a response.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
         compile_seconds: processor time to compile the loop, or to load it.
@@ -70,7 +71,7 @@ class Readings:
     queue_max: int
     pairs_max: int
     deepest_overlap: float
-    energy_drift: float
+    unaccounted_energy: float
     lateness: float
     cpu_seconds: float
     compile_seconds: float
@@ -102,7 +103,7 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
         partners_asked=int(counts.asked),
         contacts_computed=int(counts.exact),
         deepest_overlap=max(float(counts.deepest), 0.0),
-        energy_drift=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
+        unaccounted_energy=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
         lateness=float(counts.late) * float(k.clock[0].tick),
         cpu_seconds=seconds,
         compile_seconds=engine.compile_seconds,

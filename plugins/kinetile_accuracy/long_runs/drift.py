@@ -52,7 +52,7 @@ def drifts(scene: kt.Scene, most: int, progress: sections.ReportProgress) -> lis
             progress=lambda now: progress("a long run", now.contacts, most),
         )
         now = sim.readings
-        errors = now.energy_drift, now.deepest_overlap, now.lateness
+        errors = now.unaccounted_energy, now.deepest_overlap, now.lateness
         rows.append(Drift(sim.broad_phase, now.contacts, sim.time, *errors, now.audits, now.cpu_seconds))
     return rows
 

@@ -119,7 +119,7 @@ class Method:
             contacts["step"] = np.arange(len(contacts))
             contacts["a"], contacts["b"] = simulation.contacts["a"], simulation.contacts["b"]
         now, at_end = simulation.readings, (simulation.positions(), simulation.velocities())
-        errors = now.deepest_overlap, now.energy_drift
+        errors = now.deepest_overlap, now.unaccounted_energy
         return SteppedRun(0.0, now.events, *at_end, contacts, *errors, now.cpu_seconds)
 
     def cost(self, scene: kt.Scene) -> float:

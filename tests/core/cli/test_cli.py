@@ -50,7 +50,7 @@ def test_run_prints_a_table_with_units():
     for part in ("grid (bodies=4", "0 to 1: complete", "radii", "a CPU second", "fingerprint"):
         assert part in result.stdout
     assert "lateness" not in result.stdout
-    assert "\nlateness         0 time units\n" in kinetile(FOUR, "--verbose").stdout
+    assert "\nlateness            0 time units\n" in kinetile(FOUR, "--verbose").stdout
 
 
 def test_run_takes_options_of_the_phases():

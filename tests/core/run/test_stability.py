@@ -92,6 +92,6 @@ def test_ten_decades_of_speeds_and_radii_have_one_answer(radii, speeds, phases):
             sim.run(max_contacts=120, until=200.0)
             found = sim.readings
             assert found.contacts_disc + found.contacts_wall > 20
-            assert found.energy_drift < 1e-13
+            assert found.unaccounted_energy < 1e-13
             prints.add((sim.fingerprint, sim.positions().tobytes()))
         assert len(prints) == 1, f"seed {seed}"

@@ -94,7 +94,7 @@ def test_discs_that_met_on_one_place_went_on_at_no_place(phase, more):
     assert len(sim.contacts) == 0
     assert sim.velocities().tolist() == velocity
     assert sim.positions().tolist() == [[1048577.375, 0.5]] * 2
-    assert sim.readings.energy_drift == 0.0
+    assert sim.readings.unaccounted_energy == 0.0
 
 
 class State(NamedTuple):
