@@ -16,7 +16,7 @@ from kinetile.kernel.chords import seeing
 from kinetile.kernel.compiled import compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
-from kinetile.kernel.loop.checked import checked, parting
+from kinetile.kernel.loop.checked import checked, dissipating, parting
 from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
@@ -59,20 +59,20 @@ Named = Mapping[str, Options]
 class Rules:
     """The responses of a scene, composed: the kernel's ``table`` of rules, the ``hooks`` in the order of
     their numbers in it, whether some kinds pass through each other (``passing``), the ``names`` of the
-    responses, and the hooks of those that do not come with kinetile (``foreign``)."""
+    responses, and the hooks of those that do not come with kinetile (``foreign``), as they are checked."""
 
     table: Records
     kinds: int
     hooks: tuple[Callable[..., Any], ...]
     passing: bool
     names: tuple[str, ...]
-    foreign: frozenset[Callable[..., Any]]
+    foreign: Mapping[Callable[..., Any], Callable[..., Any]]
 
     def parts(self, pair: PairParts | None) -> dict[str, Any]:
         """Returns their values for the templates."""
         found: dict[str, Any] = {"RESPONSES": len(self.hooks), "FOREIGN": bool(self.foreign)}
         for number, hook in enumerate(self.hooks, 1):
-            found[f"respond_{number}"] = parting(hook) if hook in self.foreign else hook
+            found[f"respond_{number}"] = self.foreign.get(hook, hook)
         if pair is not None and pair.part is not None:
             found["part"] = pair.part
         return found
@@ -116,12 +116,13 @@ def read_rules(
     names = tuple(dict.fromkeys(response.name for response in meets))
     table = record_table(RULE, len(each_two))
     table[:] = rows[[place[id(response)] for response in each_two]]
-    foreign = (
-        each.respond
-        for response, each in zip(meets, parts, strict=True)
-        if each.respond is not None and not registry().provided("response", response.name).built_in
-    )
-    return Rules(table, kinds, tuple(hooks), passing, names, frozenset(foreign))
+    foreign: dict[Callable[..., Any], Callable[..., Any]] = {}
+    for response, hook in ((one, each.respond) for one, each in zip(meets, parts, strict=True)):
+        provided = registry().provided("response", response.name)
+        if hook is not None and not provided.built_in:
+            free = "dissipative" not in provided.spec.features or foreign.get(hook) is parting(hook)
+            foreign[hook] = parting(hook) if free else dissipating(hook)
+    return Rules(table, kinds, tuple(hooks), passing, names, foreign)
 
 
 def _parts(response: Response, scene: Scene) -> ResponseParts:

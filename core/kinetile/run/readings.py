@@ -44,8 +44,7 @@ class Readings:
         queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
         pairs_max: most pairs in the broad phase's pair set; 0 if it keeps none.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body (``scene.radius``).
-        unaccounted_energy: relative change of energy (with accelerations, that of heights as well) that is
-            none by a command or a response.
+        unaccounted_energy: relative change of energy, that of heights too, by no command and no response.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
         compile_seconds: processor time to compile the loop, or to load it.

@@ -105,15 +105,8 @@ def _simulation_lines(sim: Simulation) -> Iterator[tuple[str, str]]:
     if sim.fault is not None:
         yield "ended by", sim.fault
     read = sim.readings.as_dict()
-    wanted = (
-        "contacts",
-        "passings",
-        "events",
-        "deepest overlap",
-        "unaccounted energy",
-        "speed",
-        "fingerprint",
-    )
+    wanted = {"contacts", "passings", "events", "deepest overlap", "unaccounted energy"}
+    wanted |= {"speed", "fingerprint"}
     yield from (line for line in reading_lines(read) if line[0] in wanted and read["events"])
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from kinetile.kernel.compiled import Hook, hook, is_checked, larger, smaller, unchecked, with_numpy
 from kinetile.kernel.flight import closing_speed
 from kinetile.kernel.tables import (
+    ADDED_ENERGY,
     BAD_COUNT,
     BAD_NAME,
     BAD_PARTNER,
@@ -122,6 +123,42 @@ def parting(function: Hook) -> Hook:
             closing = -closing_speed(one, k.bodies[b], nx, ny) - ROUNDED * size
         if closing > 0.0:
             blame(k, BAD_RESPONSE, a, b)
+            _take_back(k, a)
+            if b >= 0:
+                _take_back(k, b)
+
+    return call
+
+
+@hook
+def _energy(k: Kernel, a: int, b: int, x: float, y: float) -> float:
+    """Return twice the energy of two bodies of finite mass as one that moves with (x, y) sees it."""
+    found = 0.0
+    for body in (a, b):
+        if k.mass[body] < math.inf:
+            found += k.mass[body] * ((k.bodies[body].vx - x) ** 2 + (k.bodies[body].vy - y) ** 2)
+    return float(found)
+
+
+@cache
+def dissipating(function: Hook) -> Hook:
+    """Return the hook of a response that is dissipative as the loop calls it: as ``parting``, and it is a
+    fault if it adds energy, as an immovable one of the two sees it."""
+    given = parting(function)
+
+    @unchecked
+    @hook
+    def call(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+        other = b if b >= 0 else a  # before a wall the body counts twice, before and after
+        heavy = k.bodies[a if k.mass[a] == math.inf else other]
+        fixed = larger(k.mass[a], k.mass[other]) == math.inf
+        x, y = (heavy.vx, heavy.vy) if fixed else (0.0, 0.0)
+        had = _energy(k, a, other, x, y)
+        given(k, a, b, nx, ny, rule)
+        has = _energy(k, a, other, x, y)
+        frame = 8.0 * smaller(k.mass[a], k.mass[other]) * (x * x + y * y)
+        if has > had + 2.0**-44 * (had + has + frame):  # by more than rounding adds
+            blame(k, ADDED_ENERGY, a, b)
             _take_back(k, a)
             if b >= 0:
                 _take_back(k, b)

@@ -31,7 +31,7 @@ from kinetile.scene.checks import WALL
 
 _OF_SLOTS = (
     *(tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE),
-    tables.BAD_RESPONSE,
+    *(tables.BAD_RESPONSE, tables.ADDED_ENERGY),
 )
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
 
@@ -67,8 +67,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         return PhaseError(
             f"{at} a contact of {named} has no outcome in finite numbers, as where centres meet"
         )
-    if fault == tables.BAD_RESPONSE:
-        return PhaseError(f"{at} {_lets_close_in(k, composition, slots, named)}")
+    if fault in (tables.BAD_RESPONSE, tables.ADDED_ENERGY):
+        return PhaseError(f"{at} {_bad_response(k, composition, fault, slots, named)}")
     if fault == tables.STALLED:
         return StalledError(
             f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
@@ -101,17 +101,21 @@ def _missed(composition: Composition, fault: int, other: int, named: str) -> str
     return f"{named} overlap more than rounding explains: {missed} has missed their contact"
 
 
-def _lets_close_in(k: Kernel, composition: Composition, slots: tuple[int, int], named: str) -> str:
+def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[int, int], named: str) -> str:
     scene, bodies = composition.prepared, np.array([slot for slot in slots if slot >= 0])
     kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
     met = " and ".join(repr(each) for each in [*(scene.kinds[kind] for kind in kinds), WALL][:2])
     made = velocities_after(Plan.of(k.places.view(np.ndarray)[bodies]), 0.0)
     was = velocities_after(*plans_now(k, bodies))
+    does = f"lets {named} go on towards each other"
+    right = "it has to turn them away from each other, or to leave no speed along the normal"
+    if fault == tables.ADDED_ENERGY:
+        does = f"says that it is dissipative, and adds energy to {named}"
+        right = "it may add none, or not declare that feature"
     return (
-        f"{described('response', response.name)}, for {met}, lets {named} go on towards each other: "
-        f"the velocities before it are {was.tolist()}, and after it {made.tolist()}; it has to turn them "
-        "away from each other, or to leave no speed along the normal"
+        f"{described('response', response.name)}, for {met}, {does}: the velocities before it are "
+        f"{was.tolist()}, and after it {made.tolist()}; {right}"
     )
 
 

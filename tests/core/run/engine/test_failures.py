@@ -254,6 +254,48 @@ def test_what_rounding_leaves_two_bodies_to_close_in_with_is_no_fault():
     assert len(sim.contacts) == 20
 
 
+@unchecked
+@hook
+def returns_more(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
+    """Returns a share ``rule.first`` of the closing speed, to one before a wall or an immovable body."""
+    one = k.bodies[a if b < 0 or k.mass[a] < math.inf else b]
+    x, y = (0.0, 0.0) if b < 0 else (k.bodies[b].vx, k.bodies[b].vy)
+    if b >= 0 and k.mass[a] == math.inf:
+        x, y = k.bodies[a].vx, k.bodies[a].vy
+    speed = (1.0 + rule.first) * ((one.vx - x) * nx + (one.vy - y) * ny)
+    one.vx -= speed * nx
+    one.vy -= speed * ny
+
+
+class Paddle:
+    def __init__(self, e: float) -> None:
+        self.e = e
+
+    def prepare(self, scene: kt.Scene) -> ResponseParts:
+        return ResponseParts(returns_more, numbers=(self.e,))
+
+
+@pytest.mark.parametrize("mass", [(math.inf, 1.0), (1.0, math.inf)])
+def test_a_dissipative_response_that_gained_energy_went_unremarked(mass):
+    """It is the energy that an immovable body sees: one that moves may make what it meets faster."""
+    places, speeds = [[2.0, 3.0], [4.0, 3.0]], [[0.5, 0.0], [-0.25, 0.0]]
+    paddle = kt.ResponseSpec("paddle", Paddle, features=frozenset({"dissipative"}))
+    with registered(paddle, kt.ResponseSpec("pump", Paddle)):
+        for name, e in (("paddle", 1.0), ("pump", 2.0), ("paddle", 1.0 + 2.0**-30)):
+            rule = kt.Response(name, e=e)
+            scene = kt.Scene(places, speeds, 0.25, mass, (10.0, 6.0), responses={("*", "*"): rule})
+            sim = kt.Simulation(scene, "naive")
+            if e == 1.0 or name == "pump":
+                sim.run(max_contacts=3)
+                continue
+            with pytest.raises(
+                PhaseError, match="is dissipative, and adds energy to bodies 0 and 1: the vel"
+            ):
+                sim.run(max_contacts=3)
+            assert sim.velocities().tolist() == speeds
+            assert len(sim.contacts) == 0
+
+
 def test_only_a_response_of_another_plugin_is_checked():
     def respond(rule):
         parts = compose_phases(lax(*RISING, 0.25, responses={("*", "*"): rule}), "cells", None, None)
