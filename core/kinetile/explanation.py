@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from kinetile.scene import Scene
+from kinetile.scene import Insert, Scene
 from kinetile.scene.commands import counted
 from kinetile.scene.scene import in_words
 
@@ -62,9 +62,8 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
     """Yields sentences, each with whether it says what is modelled, or what is left out."""
     motion = "flying straight"
     if scene.bent:
-        one = scene.acceleration[0] if len(scene) and scene.uniform else None
-        pulls = f"accelerations up to {[*scene.pull]!r}"
-        pulls = pulls if one is None else f"the acceleration {one.tolist()!r}"
+        one = scene.acceleration[0].tolist() if len(scene) and scene.uniform else [0.0, 0.0]
+        pulls = f"the acceleration {one!r}" if any(one) else f"accelerations up to {[*scene.pull]!r}"
         motion = f"flying with {pulls}, on chords for the broad phase,"
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
     left_out = ("" if scene.bent else "gravity, ") + "friction, rotation, growth"
@@ -78,10 +77,12 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
     else:
         named = ", ".join(run.narrow_phases) or "none"
         yield True, f"contacts of two bodies (narrow phases: {named})"
-        if len(scene) == 0 or bool((scene.mass == scene.mass[0]).all()):
+        coming = (each.mass for each in scene.commands if isinstance(each, Insert))
+        masses = {*scene.mass.tolist(), *coming}
+        if len(masses) < 2:
             yield False, "masses: all are equal"
         else:
-            yield True, f"masses from {float(scene.mass.min())!r} to {float(scene.mass.max())!r}"
+            yield True, f"masses from {min(masses)!r} to {max(masses)!r}"
     if run.responses is None:
         yield False, "responses by kind: every contact is elastic"
     else:

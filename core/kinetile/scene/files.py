@@ -12,6 +12,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,8 @@ class _File:
     def _with_additions(self, scene: Scene) -> Scene:
         commands, responses, obstacles = self._commands(), self._responses(), self._obstacles()
         kinds, until, origin = self._usable("kinds"), self._usable("until"), self._origin(scene.origin)
+        if until is None:  # the recipe may have an end
+            self.settings = replace(self.settings, until=scene.settings.until)
         if not (commands or responses or kinds or obstacles):
             clock = Clock(scene.start, scene.time_unit)
             wrong = check_frame(None, scene.start, until) or check_end(self.settings, clock)

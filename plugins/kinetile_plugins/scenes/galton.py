@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from kinetile import Insert, Remove, Response, Scene
+from kinetile import Insert, Remove, Response, Scene, Settings
 from kinetile_plugins.scenes.numerics import demand, demand_in_range, demand_number, draws
 
 _PEG, _BALL = 0.15, 0.3
@@ -21,9 +21,9 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float =
     """Galton's board: balls fall through rows of pegs, and each peg sends them half a place aside.
 
     Pegs are 1 apart, gravity is 1. A ball passes through the others, and is taken away at 4 (rows + 1) after
-    it has come. Where it first meets the floor is a sum of ``rows`` steps of 1/2 to either side, nearly
-    independent ones with e = 0.42 (docs/cookbook/gravity.py); with less balls roll, and remember from which
-    side they came.
+    it has come; a run ends with the last one. Where it first meets the floor is a sum of ``rows`` steps of
+    1/2 to either side, nearly independent ones with e = 0.42 (docs/cookbook/gravity.py); with less balls
+    roll, and remember from which side they came.
 
     Args:
         rows: of pegs, from 1 to 64
@@ -48,8 +48,9 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float =
     commands: list[Insert | Remove] = []
     for ball, x in enumerate((middle + aside).tolist()):
         time = ball * interval
+        until = time + _LASTS * (rows + 1)
         commands.append(Insert(time, (x, first), (0.0, 0.0), _BALL, kind="ball"))
-        commands.append(Remove(len(pegs) + ball, time + _LASTS * (rows + 1)))
+        commands.append(Remove(len(pegs) + ball, until))
     return Scene(
         pegs,
         np.zeros((len(pegs), 2)),
@@ -57,6 +58,7 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float =
         math.inf,
         (width, first + 1.0),
         gravity=(0.0, -1.0),
+        settings=Settings(until=until),
         commands=commands,
         kind="peg",
         responses={

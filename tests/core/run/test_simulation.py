@@ -1,5 +1,6 @@
 """Simulation: what its public names promise."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from time import sleep
 
@@ -89,6 +90,11 @@ def test_explain_names_what_is_left_out():
     plain = grid(4)
     uneven = kt.Scene(plain.position, plain.velocity, plain.radius, [1.0, 2.0, 3.0, 4.5], plain.arena)
     assert "masses from 1.0 to 4.5" in kt.Simulation(uneven).explain()["modelled"]
+    coming = kt.Simulation(kt.make_scene("galton", rows=2, balls=1)).explain()
+    assert "masses from 1.0 to inf" in coming["modelled"]  # it was: all are equal, those of the pegs
+    pegs = kt.Scene(plain.position, np.zeros((4, 2)), 0.05, math.inf, plain.arena, gravity=(0.0, -1.0))
+    by_hand = kt.Simulation(pegs, live=True).explain()["modelled"][0]
+    assert "flying with accelerations up to [0.0, 1.0]" in by_hand  # it was: the acceleration [0.0, 0.0]
 
 
 @pytest.mark.compiled

@@ -8,12 +8,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from command_line import printed
 from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
 from kinetile.errors import BadOption, PhaseError, SceneError
 from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.registry import Registry
 from kinetile.scene import by_name
 from kinetile.scene.by_name import parse_parameters, recipe_parameters
+from kinetile.scene.files import loads_scene
 from messages import table
 from registering import registered
 
@@ -60,6 +62,14 @@ def test_a_number_that_no_scene_has_was_a_warning_of_numpy_or_blamed_on_the_reci
         for odd in (math.inf, -math.inf, math.nan, 1e300, 1e-320, -1.0, 0.0):
             with suppress(BadOption, SceneError):
                 make_scene(name, **{each: odd})
+
+
+def test_galton_s_board_ended_before_a_ball_had_landed() -> None:
+    few = {"rows": 2, "balls": 2}
+    scene, text = make_scene("galton", **few), 'recipe = "galton"\nparameters = {rows = 2, balls = 2}\n'
+    assert scene.settings.until == scene.commands[-1].time == 14.0
+    assert [loads_scene(each + text).settings.until for each in ("", "until = 3\n")] == [14.0, 3.0]
+    assert printed("run galton -s rows=2 -s balls=2")["run"]["time"] == 14.0
 
 
 def test_dyadic_lattices_are_exact_and_touch() -> None:
