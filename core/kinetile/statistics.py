@@ -103,7 +103,7 @@ class Blocks:
         """The shape of the values so far."""
         return np.shape(self._blocks[0] if self._blocks else self._open)[1:]
 
-    def add(self, value: Floats) -> None:
+    def add(self, value: Floats, time: float = math.nan) -> None:
         """Adds a value; what is NaN in it does not count."""
         known = ~np.isnan(value)
         self._open = self._open + np.stack([np.where(known, value, 0.0), known])
@@ -153,3 +153,18 @@ class Blocks:
             return Estimate(float(mean), float(error), int(blocks))
         axis, at = (axis, at) if axis else ("index", np.arange(len(mean)))
         return Estimate(mean, error, blocks, axis, at)
+
+
+class Series(Blocks):
+    """All values of a number, with their times, in the place of averages: a curve without errors."""
+
+    shape = ()
+
+    def add(self, value: Floats, time: float = math.nan) -> None:
+        """Adds the value of a time."""
+        self._blocks.append(np.array([time, float(value)]))
+
+    def estimate(self, axis: str = "time", at: Any = None) -> Estimate:
+        """Returns the values over time."""
+        at, values = np.transpose(self._blocks)
+        return Estimate(values, np.full(len(at), math.nan), np.zeros(len(at), np.int64), axis, at)

@@ -2,9 +2,9 @@
 
 An observable is a class, made with its options as keyword arguments; ``prepare(scene)`` is called once, then
 ``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it ``needs``
-them. Stops at samples change no contact. Two options of every observable are read here: ``every``, the
-interval of samples, by default a hundredth of what is observed; and ``after``, the time from which on it is
-observed.
+them. Stops at samples change no contact. Three options of every observable are read here: ``every``, the
+interval of samples, by default a hundredth of what is observed; ``after``, the time from which on it is
+observed; and ``series``, whether numbers are kept sample by sample, and not averaged.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
 from kinetile.scene.checks import is_finite, is_number, shown
-from kinetile.statistics import Blocks, Estimate, Floats, Named, Observed
+from kinetile.statistics import Blocks, Estimate, Floats, Named, Observed, Series
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -47,6 +47,7 @@ class Collisions(NamedTuple):
     ``a`` and ``b`` are numbers of bodies, (m,); ``b`` below 0 is a wall (-1 left, -2 right, -3 bottom, -4
     top). The others are None unless the observable needs "velocities". ``position``, ``before`` and ``after``
     (velocities) are (m, 2, 2): of each contact a row for ``a``, and one for ``b``, which is NaN for a wall.
+    Positions are as in ``kinetile.LOG``.
     ``impulse``, (m, 2), is the momentum that ``b``, or the wall, receives: it has the direction of the normal
     from ``a``. Where two bodies pass through each other all of these are NaN.
     """
@@ -102,8 +103,11 @@ class _Observation:
         self.text = text.strip()
         self.name, options = read_phase(text, "observable")
         made = registry().target("observable", self.name)
-        check_options("observable", self.name, made, options, ("every", "after"))
+        check_options("observable", self.name, made, options, ("every", "after", "series"))
         every, after = options.pop("every", None), options.pop("after", -math.inf)
+        self.is_series = options.pop("series", False)
+        if not isinstance(self.is_series, bool):
+            raise BadOption(f"observable {text!r}: series is {self.is_series!r}; expected true or false")
         if every is not None and not (is_finite(every) and every > 0.0):
             raise BadOption(f"observable {text!r}: every is {every!r}; expected a time greater than 0")
         if not is_number(after):
@@ -167,7 +171,9 @@ class _Observation:
             raise BadOption(f"{self.unsaved}: expected observables by their names, to observe from here on")
         for name in _TIMES:
             setattr(self, name, state[name])
-        self.blocks = {name: Blocks.of(each) for name, each in state["blocks"].items()}
+        for name, each in state["blocks"].items():
+            kind = Series if self.is_series and np.ndim(each[0]) == 2 else Blocks
+            self.blocks[name] = kind.of(each)
         with calling("observable", self.name, "keeps", may_refuse=False):
             for name in self.observable.keeps or ():
                 setattr(self.observable, name, copy.deepcopy(state["kept"][name]))
@@ -190,8 +196,12 @@ class _Observation:
         with calling("observable", self.name, "sample", may_refuse=False):
             values = self.observable.sample(moment)
             read = {quantity: self._read(quantity, value) for quantity, value in values.items()}
+        if self.is_series and read and all(value.ndim for value in read.values()):
+            raise BadOption(f"observable {self.text!r}: series is of numbers, and this has curves alone")
         for quantity, value in read.items():
-            self.blocks.setdefault(quantity, Blocks()).add(value)
+            if quantity not in self.blocks:
+                self.blocks[quantity] = Series() if self.is_series and not value.ndim else Blocks()
+            self.blocks[quantity].add(value, moment.time)
         self.taken += 1
 
     def _read(self, quantity: Any, value: Any) -> Floats:
@@ -208,15 +218,13 @@ class _Observation:
     def estimates(self) -> Named[Estimate]:
         with calling("observable", self.name, "axes", may_refuse=False):
             axes = self.observable.axes
-            return Named(
-                (
-                    name,
-                    blocks.estimate(*_axis(axes[name], name, blocks.shape))
-                    if name in axes and blocks.shape
-                    else blocks.estimate(),
-                )
+            found = {
+                name: blocks.estimate(*_axis(axes[name], name, blocks.shape))
+                if name in axes and blocks.shape
+                else blocks.estimate()
                 for name, blocks in self.blocks.items()
-            )
+            }
+        return Named(found)
 
 
 def _numbers(value: Any, what: str) -> Floats:

@@ -147,6 +147,10 @@ def test_samples_come_at_their_times_with_the_end(watchers):
     assert late == [0.7, 0.75, 0.8]
     assert sim.observed["watcher:every=0.1"]["time"].mean == pytest.approx(0.65)
     assert set(sim.observed) == {"watcher:every=0.1", "watcher", "watcher:after=0.7,every=0.05"}
+    sim.run(1.1, observe=["watcher:every=0.1,series=true"])  # a value for each sample, and no average
+    (curve,) = sim.observed["watcher:every=0.1,series=true"].values()
+    assert curve.mean.tolist() == curve.at.tolist() == watchers[-1].samples
+    assert (curve.axis, len(curve.at), np.isnan(curve.error).all()) == ("time", 4, True)
 
 
 def test_a_run_for_contacts_is_sampled_a_hundred_times(watchers):

@@ -18,7 +18,7 @@ from registering import registered
 ALL = [
     *("pressure:by=counts", "pressure:by=impulses", "rates", "temperature:every=0.013", "energy", "momentum"),
     *("msd:lags=7,every=0.02", "vacf:lags=9", "g:bins=20", "S:modes=3", "psi6", "rates:after=0.3"),
-    "cells",
+    *("cells", "energy:every=0.1,series=true"),
 ]
 LIVING = [each for each in ALL if "counts" not in each]
 END = 1.0
