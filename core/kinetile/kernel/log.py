@@ -47,7 +47,8 @@ velocity, -7 for an inserted body, -8 for a removed one, with its last plan, -9 
 acceleration, -10 for one that is held or let go by supports, after the row of the event that does so if there
 is one, -11 for one of another kind from then on, -12 for one that is elsewhere from then on; then position
 and velocity of both bodies right after it (NaN for ``b`` where there is no second body, and for both where
-they begin or end to pass through each other: no plan changes). Where bodies are accelerated, rows of -7, -9,
+they begin or end to pass through each other: no plan changes). Along a periodic axis a position is that
+nearest to 0, from minus half a period to half of it. Where bodies are accelerated, rows of -7, -9,
 -10 and -12 have the present acceleration in the place of ``b``'s position."""
 
 

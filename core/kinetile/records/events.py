@@ -49,10 +49,10 @@ class EventRecorder:
     """Writes an event file: ``with EventRecorder(path, scene) as recorder: sim.run(2.0, recorder=recorder)``.
 
     ``meta`` is any JSON-ready mapping (phases, options, ...) and may be added to, as ``recorder.meta``, until
-    the recorder closes; "status", "rows", "missing", "start", "time_unit", "time", "kinds", "fingerprint" and
-    "answer" are the recorder's own. ``rows`` is the number of rows written so far, ``status`` the status in
-    the file's metadata (or the state of a file that could not be finished), ``missing`` the number of rows of
-    the simulation that were not passed to this recorder.
+    the recorder closes; "status", "rows", "missing", "start", "time_unit", "places", "time", "kinds",
+    "fingerprint" and "answer" are the recorder's own. ``rows`` is the number of rows written so far,
+    ``status`` the status in the file's metadata (or the state of a file that could not be finished),
+    ``missing`` the number of rows of the simulation that were not passed to this recorder.
 
     ``behind`` is a resumed simulation (``kinetile.resume``): the rows before its checkpoint are the beginning
     of this file, if they are found (then ``goes_on``): in FILE.partial if the run was killed, in FILE if it
@@ -91,7 +91,9 @@ class EventRecorder:
             "versions": versions(),
             **(meta or {}),
         }
-        self._clock = {"start": scene.start, "time_unit": scene.time_unit}
+        halves = {axis: scene.periods["xy".index(axis)] / 2 for axis in scene.periodic}
+        places = {axis: [-half, half] for axis, half in halves.items()}  # rule 4p, not ``positions()``
+        self._frame = {"start": scene.start, "time_unit": scene.time_unit, "places": places}
         self._answer = scene.answer
         self._kinds = KindsByHand(scene)
         self._kinds_of: Callable[[NDArray[Any]], NDArray[Any]] | None = None
@@ -298,7 +300,7 @@ class EventRecorder:
 
     def _metadata(self, last: float, *, behind: bool) -> str:
         """Returns the metadata as JSON; ``behind``: there are rows that are not in the log."""
-        own = {"status": self.status, "missing": self.missing, **self._clock, "answer": self._answer}
+        own = {"status": self.status, "missing": self.missing, **self._frame, "answer": self._answer}
         own["time"] = last if behind else max(self._reached, last)
         own["kinds"] = self._kinds.runs
         return json.dumps(own | self.meta | own, default=str)

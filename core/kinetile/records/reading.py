@@ -46,10 +46,11 @@ def read_events(path: str | os.PathLike[str]) -> EventFile:
     kinetile, if it is damaged or changed, or if it is FILE.partial of an active or killed run.
 
     The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
-    "missing" (rows of the run that are not in the file), "start", "time_unit", "time" (how far the rows go),
-    "kinds" ([first, last, kind] for each run of bodies of one kind; ``EventFile.kinds_of`` looks them up),
-    "fingerprint" (of the contacts in the file), "answer" (the number of the specification that they follow),
-    "recipe", "parameters", "versions".
+    "missing" (rows of the run that are not in the file), "start", "time_unit", "places" (from where to where
+    those of the rows are, by periodic axis), "time" (how far the rows go), "kinds" ([first, last, kind] for
+    each run of bodies of one kind; ``EventFile.kinds_of`` looks them up), "fingerprint" (of the contacts in
+    the file), "answer" (the number of the specification that they follow), "recipe", "parameters",
+    "versions".
     """
     return read_with_scene(path)[0]
 

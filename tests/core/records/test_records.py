@@ -193,3 +193,18 @@ def test_a_special_file_is_not_replaced_and_a_link_is_followed(tmp_path):
     assert not real.is_symlink()
     assert len(read_events(real).rows) == 3
     assert sorted(tmp_path.iterdir()) == [link, pipe, real]
+
+
+def test_a_file_did_not_say_in_which_period_its_places_are(tmp_path):
+    torus = kt.make_scene("grid", bodies=9, density=0.3, seed=3, periodic="x")
+    sim, path = kt.Simulation(torus, "naive"), tmp_path / "e.parquet"
+    with EventRecorder(path, torus) as recorder:
+        sim.run(1.0, recorder=recorder)
+    rows, metadata = read_events(path)
+    width, (low, high) = torus.arena[0], metadata["places"]["x"]
+    assert (low, high, list(metadata["places"])) == (-width / 2, width / 2, ["x"])
+    assert low <= rows["ax"].min() < 0.0 < rows["ax"].max() <= high
+    again = kt.Simulation(torus, "naive")
+    for row in rows[-9:]:
+        again.run(float(row["time"]))
+        assert np.mod(row["ax"], width) == pytest.approx(again.positions()[row["a"], 0], abs=1e-9)
