@@ -18,7 +18,7 @@ from kinetile.errors import BadOption, answering
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene.checks import is_finite, shown
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
-from kinetile.show.player.view import window
+from kinetile.show.player.view import to_show, window
 from kinetile.show.printed import as_pixels, check_printing
 from kinetile.targets import writing_new
 
@@ -140,8 +140,8 @@ def film(
 
     Args:
         simulation: the simulation.
-        until: the time of the last frame, in the scene's time; None: the present time, or before a run one
-            time unit.
+        until: the time of the last frame, in the scene's time; None: the present time, or before a run the
+            scene's own ``until``, or one time unit.
         begin: that of the first frame; None: the scene's start.
         seconds: how long the film plays, at 25 frames a second.
         width: of a frame, in pixels; a scene taller than twice that is drawn smaller.
@@ -150,7 +150,7 @@ def film(
 
     Raises BadOption for values that make no film.
     """
-    scene = simulation.recorded()
+    scene = to_show(simulation)
     first, last = window(scene, begin, until)
     if not first < last:
         raise BadOption(f"the film begins and ends at {first!r}; expected an end after the beginning")

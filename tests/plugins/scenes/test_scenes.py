@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from command_line import printed
-from kinetile import Scene, SceneSpec, hookimpl, make_scene, registry
+from kinetile import Scene, SceneSpec, Simulation, film, hookimpl, make_scene, registry, view
 from kinetile.errors import BadOption, PhaseError, SceneError
 from kinetile.plugin.parameters import Parameter
 from kinetile.plugin.registry import Registry
@@ -70,6 +70,8 @@ def test_galton_s_board_ended_before_a_ball_had_landed() -> None:
     assert scene.settings.until == scene.commands[-1].time == 14.0
     assert [loads_scene(each + text).settings.until for each in ("", "until = 3\n")] == [14.0, 3.0]
     assert printed("run galton -s rows=2 -s balls=2")["run"]["time"] == 14.0
+    sim = Simulation(scene, "naive")
+    assert film(sim).times[-1] == view(sim).page.recordings[0].end / 2**52 == 14.0
 
 
 def test_dyadic_lattices_are_exact_and_touch() -> None:

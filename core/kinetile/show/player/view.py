@@ -19,7 +19,7 @@ from kinetile.plugin.choices import write_phase
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.records.trajectory import Trajectory
 from kinetile.run.simulation import Simulation, composition_of
-from kinetile.scene import Scene
+from kinetile.scene import Scene, relabelled
 from kinetile.scene.checks import is_finite, shown
 from kinetile.scene.scene import in_words
 from kinetile.show.picture import escape
@@ -174,6 +174,12 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     return float(begin), float(until)
 
 
+def to_show(simulation: Simulation) -> Scene:
+    """Returns the run of a simulation so far as a scene; before a run, the scene with its own end."""
+    scene, own = simulation.recorded(), simulation.scene.settings
+    return relabelled(scene, settings=own) if simulation.time == scene.start else scene
+
+
 def view_file(path: str | os.PathLike[str]) -> View:
     """Returns a view of an event file, as far as a page takes it. RecordError as ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
@@ -202,7 +208,7 @@ def view(
     """Returns a view of the run of a simulation so far, including interactive commands; before a run,
     of its future; from ``begin`` on, or its start. It is played again from the start, and the simulation
     does not change. Lines between ``pairs`` of bodies are drawn; None: up to 400."""
-    scene = simulation.recorded()
+    scene = to_show(simulation)
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = composition_of(simulation).narrow_phases
     return view_scene(scene, [choice], begin=begin, until=until, narrow_phases=narrow_phases, pairs=pairs)
