@@ -32,7 +32,7 @@ from kinetile.show.player.recording import (
     record,
     shown_up_to,
 )
-from kinetile.targets import writing_new
+from kinetile.targets import with_ending, writing_new
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
@@ -58,11 +58,12 @@ class View:
         return self.page.html()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Writes the page, returns its path; BadOption where one is (unless ``overwrite``)."""
-        content = str(self).encode()
-        with writing_new(path, overwrite) as file:
+        """Writes the page, ending in .html if ``path`` has no ending, and returns its path. It replaces
+        another page; BadOption where any other file is (unless ``overwrite``)."""
+        content, target = str(self).encode(), with_ending(path, ".html")
+        with writing_new(target, overwrite) as file:
             file.write(content)
-        return Path(path)
+        return target
 
     def _repr_html_(self) -> str:
         page, title = html.escape(str(self)), escape(self.page.title)
@@ -164,6 +165,11 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     begin = scene.start if begin is None else begin
     if not is_finite(begin):
         raise BadOption(f"begin is {shown(begin)}; expected a finite time")
+    if isinstance(until, Simulation):
+        raise BadOption(
+            "until is another simulation; expected a time: a page or a film shows one run, and "
+            "kinetile.show.player.view_scene(scene, [(name, options), ...]) several phases side by side"
+        )
     own = scene.settings.until
     until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
     if not (is_finite(until) and scene.start <= begin <= until):
