@@ -394,8 +394,7 @@ def answering(call: Callable[_Arguments, _Result], checked: bool = True) -> Call
         for place, name, classes in _classes_of(call) if checked else ():
             given = args[place] if place < len(args) else kwargs.get(name, _ABSENT)
             if given is not _ABSENT and not _is_one(given, classes):
-                names = (_BY_NAME.get(each.__name__, f"kinetile's {each.__name__}") for each in classes)
-                right = " or ".join(map(_IN_WORDS.get, classes, names))
+                right = " or ".join(_IN_WORDS.get(each, f"kinetile's {each.__name__}") for each in classes)
                 raise BadOption(f"{title}: {name} is {shown(given)}; expected {right}")
         try:
             return call(*args, **kwargs)
@@ -422,7 +421,6 @@ _IN_WORDS: Mapping[Any, str] = {
     **{bool: "True or False", str: "text", os.PathLike: "a path that files can have", type(None): "None"},
     **{Mapping: "a mapping", Iterable: "a list", Callable: "a function"},
 }
-_BY_NAME = {"Simulation": "a simulation, which kinetile.Simulation(scene) makes"}
 _READ_APART = {"Any", "object", "int", "float", "complex", "ndarray"}
 
 

@@ -50,12 +50,6 @@ MARK = "made by kinetile"
 """What pages and films have in them: another one of the same name replaces them."""
 
 
-def with_ending(path: str | os.PathLike[str], ending: str) -> Path:
-    """Returns a path, with this ending where it has none."""
-    target = Path(path)
-    return target.with_suffix(ending) if target.name and not target.suffix else target
-
-
 @contextmanager
 def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
     """Yields a file that is at ``path``, complete, when the context is left; BadOption where something is

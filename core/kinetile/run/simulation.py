@@ -32,6 +32,7 @@ from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import Recorder, RowFunction
 from kinetile.run.engine.engine import Engine, Kept
+from kinetile.run.engine.state import passings_of
 from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observers
@@ -46,12 +47,14 @@ from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, read_count
 from kinetile.scene.commands import name_like
+from kinetile.scene.differences import core_difference
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Ints, Shape
 from kinetile.statistics import Observed
 
 OfKinds = Kind | Iterable[Kind] | None
+Placed = Numbers | tuple[float, float, Shape]
 
 _RUNS = ("run", "step", "be built", "be built again")
 
@@ -385,6 +388,12 @@ class Simulation(Moment):
                 event = event._replace(wall=WALLS[wall])
             return self._with_kinds(event)
 
+    @property
+    def passings(self) -> Ints:
+        """The pairs of bodies that pass through each other now, (m, 2), each once, a < b, ascending."""
+        found = passings_of(self._engine.k)
+        return np.unique(np.sort(np.stack([found["a"], found["b"]], axis=-1).astype(np.int64)), axis=0)
+
     def audit(self) -> None:
         """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""
         with _Alone(self, "be audited"):
@@ -703,7 +712,7 @@ class Simulation(Moment):
 
     def cast(
         self,
-        body: Numbers | tuple[float, float, Shape],
+        body: Placed,
         velocity: Numbers,
         *,
         acceleration: Numbers | None = None,
@@ -731,15 +740,17 @@ class Simulation(Moment):
         return None if hit is None else hit._replace(body=self._body_of(hit.body))
 
     @answering
-    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
+    def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
         """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
         ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
 
-        ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. A body has its
-        outline, and is about its position in ``positions()``. All is computed in doubles. Raises ValueError
-        for what is no box, or upside down.
+        ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. Or it is a shape,
+        such as a polygon with corners in the scene's coordinates, or one at a place, (x, y, shape). A body
+        has its outline, and is about its position in ``positions()``. All is computed in doubles. Raises
+        ValueError for what is no box, or upside down.
         """
-        return self._bodies_of(places.bodies_in(self._among(kinds), arguments.read_box(box), whole))
+        around, area = arguments.read_area(box)
+        return self._bodies_of(places.bodies_in(self._among(kinds), around, whole, area))
 
     def bodies_near(
         self,
@@ -905,6 +916,14 @@ class Simulation(Moment):
     def _planned(self) -> Mapping[int, int]:
         engine = self._engine
         return engine.agenda.first_of_each(engine.k, engine.clock)
+
+
+def distance(a: Placed, b: Placed) -> float:
+    """Returns the distance of two outlines, each (x, y, radius) or (x, y, shape), in doubles: 0 where they
+    touch, below 0 how deep they overlap. Raises ValueError for what is no outline."""
+    (here, one), (there, other) = (arguments.read_outline(each, "an outline") for each in (a, b))
+    core = np.array([core_difference(one[0], other[0])], dtype=np.float64)
+    return float(places.gaps_to(core, np.array(one[1] + other[1]), np.array([there]) - here)[0])
 
 
 def composition_of(simulation: Simulation) -> Composition:

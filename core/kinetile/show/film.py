@@ -23,7 +23,7 @@ from kinetile.scene.checks import is_finite, shown
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
 from kinetile.show.player.view import window
 from kinetile.show.printed import as_pixels, check_printing
-from kinetile.targets import MARK, with_ending, writing_new
+from kinetile.targets import MARK, writing_new
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -74,7 +74,7 @@ class Film:
         frame, with the number of frames so far and of all. It replaces another film. Raises MissingExtra
         without matplotlib, or for .mp4 without PyAV, and BadOption for a file of another name, any other file
         (unless ``overwrite``) or one that cannot be written."""
-        target = with_ending(path, ".gif")
+        target = given if (given := Path(path)).suffix else Path(f"{given}.gif")
         write = {".gif": self._write_gif, ".mp4": self._write_mp4}.get(target.suffix.lower())
         if write is None:
             raise BadOption(f"the film is {str(target)!r}; expected a name that ends in .gif or .mp4")

@@ -62,12 +62,14 @@ class NextContact(NamedTuple):
 
 
 class CastHit(NamedTuple):
-    """The ``body`` that a cast disc meets first; ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
+    """The ``body`` that what is cast meets first, how far from its start it is then (``distance``), and when:
+    ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
 
     time: float
     epoch: int
     tick: int
     body: int
+    distance: float
 
 
 BEGUN, WALL, PAIR, PARTING = range(4)
@@ -121,7 +123,9 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point, pull: P
     at = int(ticks.argmin()) if len(ticks) else 0
     if not len(ticks) or ticks[at] == NEVER:
         return None
-    return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
+    t = (int(ticks[at]) - query.now) * float(query.k.clock[0].tick)
+    flown = math.hypot(*((v + 0.5 * a * t) * t for v, a in zip(velocity, pull, strict=True)))
+    return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]), flown)
 
 
 def _theirs(query: Query) -> tuple[list[Outline], Ints]:

@@ -32,7 +32,7 @@ from kinetile.show.player.recording import (
     record,
     shown_up_to,
 )
-from kinetile.targets import with_ending, writing_new
+from kinetile.targets import writing_new
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
@@ -60,9 +60,9 @@ class View:
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Writes the page, ending in .html if ``path`` has no ending, and returns its path. It replaces
         another page; BadOption where any other file is (unless ``overwrite``)."""
-        content, target = str(self).encode(), with_ending(path, ".html")
+        target = given if (given := Path(path)).suffix else Path(f"{given}.html")
         with writing_new(target, overwrite) as file:
-            file.write(content)
+            file.write(str(self).encode())
         return target
 
     def _repr_html_(self) -> str:
@@ -166,10 +166,8 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     if not is_finite(begin):
         raise BadOption(f"begin is {shown(begin)}; expected a finite time")
     if isinstance(until, Simulation):
-        raise BadOption(
-            "until is another simulation; expected a time: a page or a film shows one run, and "
-            "kinetile.show.player.view_scene(scene, [(name, options), ...]) several phases side by side"
-        )
+        several = "kinetile.show.player.view_scene(scene, [(name, options), ...]) shows several phases"
+        raise BadOption(f"until is another simulation; expected a time, for one run: {several}")
     own = scene.settings.until
     until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
     if not (is_finite(until) and scene.start <= begin <= until):
