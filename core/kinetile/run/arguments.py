@@ -362,6 +362,14 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     return engine.command_rows(INSERTED, body=engine.numbers, disc=numbers)
 
 
+def check_name(name: str, known: Mapping[str, int]) -> None:
+    """Raises ValueError for a name that is none, or that of another body."""
+    if wrong := VALUES["name"].expected(name):
+        raise _cannot_come(f"its name is {shown(name)}, expected {wrong}")
+    if name in known:
+        raise _cannot_come(f"its name is {name!r}, that of body {known[name]}; expected another name")
+
+
 def _cannot_come(why: str) -> ValueError:
     return ValueError(f"this body cannot come: {why}")
 

@@ -401,8 +401,8 @@ class Simulation(Moment):
 
     @answering
     def number(self, name: str) -> int:
-        """Returns the number of a body that has a name in the scene; ValueError for another name."""
-        numbers = self.scene.numbers
+        """Returns the number of a body named by the scene or by ``insert``; ValueError for another name."""
+        numbers = {**self.scene.numbers, **self._engine.history.names}
         if name not in numbers:
             raise ValueError(f"no body of this scene is called {name!r}: expected {name_like(name, numbers)}")
         return numbers[name]
@@ -489,14 +489,15 @@ class Simulation(Moment):
         kind: Kind | None = None,
         shape: Shape | int | None = None,
         acceleration: Numbers | None = None,
+        name: str | None = None,
     ) -> int:
         """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
         returns its own number, which no other body of this run has or had.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
         longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
-        of the scene's, by default the first; ``acceleration`` is by default that of gravity. A refused call
-        leaves everything unchanged.
+        of the scene's, by default the first; ``acceleration`` is by default that of gravity; ``name`` is for
+        ``number``, and no other body has it. A refused call leaves everything unchanged.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
@@ -513,7 +514,11 @@ class Simulation(Moment):
             engine, size = self._engine, cast("float", radius)
             insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
             rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
+            if name is not None:
+                arguments.check_name(name, {**self.scene.numbers, **engine.history.names})
             engine.carry_out(INSERTED, rows, scene)
+            if name is not None:  # the history is new, and no snapshot has it yet
+                engine.history.names = {**engine.history.names, name: int(rows["body"][0])}
         return int(rows["body"][0])
 
     @answering
