@@ -726,9 +726,10 @@ class Simulation(Moment):
         """Returns the body that one which starts here and now would meet first, by the present plans.
 
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored. A contact needs approach: a body that it touches or overlaps at the start is met at once if
-        they approach, and not at all if they part. Of several at one tick the first by number. Along a
-        periodic axis it meets a body through any image, as far ahead as ``next_contact`` looks.
+        ignored, unless "wall" is one of the ``kinds``. A contact needs approach: a body that it touches or
+        overlaps at the start is met at once if they approach, and not at all if they part. Of several at one
+        tick the first by number. Along a periodic axis it meets a body through any image, as far ahead as
+        ``next_contact`` looks.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
@@ -741,8 +742,12 @@ class Simulation(Moment):
         """
         horizon = float(FORESEEN // TICKS) * self.time_unit
         thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
-        hit = meetings.cast(self._among(kinds), *thrown)
-        return None if hit is None else hit._replace(body=self._body_of(hit.body))
+        query, walls = self._query(), False
+        if kinds is not None:
+            chosen = arguments.read_kinds(kinds, (*query.composition.prepared.kinds, WALL), "kinds")
+            query, walls = _of_kinds(query, chosen), WALL in chosen
+        hit = meetings.cast(query, *thrown, walls)
+        return hit if hit is None or hit.body < 0 else hit._replace(body=self._body_of(hit.body))
 
     @answering
     def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Ints:

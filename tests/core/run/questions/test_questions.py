@@ -73,6 +73,11 @@ def test_what_is_cast_is_said_to_have_flown_so_far():
     sim = kt.Simulation(kt.Scene([(4.0, 0.0), (0.0, -8.0)], [(0.0, 0.0), (0.0, 0.0)], 1.0), "naive")
     assert sim.cast((0.0, 0.0, 1.0), (0.5, 0.0)) == (4.0, 4, 0, 0, 2.0)
     assert sim.cast((0.0, 0.0, 1.0), (0.0, -1.0), acceleration=(0.0, -1.0)).distance == 6.0
+    room = kt.Simulation(kt.Scene([(7.0, 7.0)], [(0.0, 0.0)], 0.5, arena=(8.0, 8.0)), "naive")
+    box = (2.0, 1.0, kt.box(2.0, 1.0))
+    assert room.cast(box, (-0.5, 0.0), kinds="wall") == (2.0, 2, 0, -1, 1.0)
+    assert room.cast(box, (0.0, 2.0), acceleration=(0.0, -1.0), kinds="wall").body == -3
+    assert room.cast(box, (-0.5, 0.0)) is None
 
 
 def test_the_distance_is_that_of_outlines():
