@@ -153,8 +153,9 @@ def record(sim: kt.Simulation, until: float) -> np.ndarray:
 
 
 def in_order(shapes: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Shapes in an order of their own."""
-    return sorted(shapes, key=lambda shape: [shape["role"], shape["coordinates"]])
+    """Shapes in an order of their own, those at one place by all that they are: bodies may have one home."""
+    names = ("role", "coordinates", "shape", "label")
+    return sorted(shapes, key=lambda shape: [*(shape[name] for name in names), shape["fails"] or []])
 
 
 def plain(item: Item) -> dict[str, object]:

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.errors import KinetileError
+from kinetile.errors import KinetileError, MissingExtra
 from kinetile.scene.checks import shown
 from lanes import first
 
@@ -193,7 +193,7 @@ def is_a_sentence(error: BaseException, name: str, odd: Any) -> bool:
     ours = isinstance(error, KinetileError) or (
         ours and isinstance(error, TypeError | ValueError | IndexError)
     )
-    if name == "path" and isinstance(error, OSError):  # of a file that is not there
+    if isinstance(error, MissingExtra) or (name == "path" and isinstance(error, OSError)):  # there is no file
         return True
     text, words = str(error).lower(), (name.rstrip("s"), name.rpartition("_")[2].rstrip("s"), shown(odd))
     said = any(word.lower() in text for word in (*words, *OTHER_WORDS.get(name, ()), "mistake"))

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import Inserted as Inserted
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
+    from kinetile.run.simulation import distance as distance
     from kinetile.run.simulation import resume as resume
     from kinetile.scene import Accelerate as Accelerate
     from kinetile.scene import Insert as Insert
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from kinetile.scene.shapes import Shape as Shape
     from kinetile.scene.shapes import box as box
     from kinetile.scene.shapes import capsule as capsule
+    from kinetile.scene.shapes import convex_parts as convex_parts
     from kinetile.scene.shapes import disc as disc
     from kinetile.scene.shapes import polygon as polygon
     from kinetile.scene.shapes import polyline as polyline

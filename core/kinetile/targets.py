@@ -46,10 +46,16 @@ def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[Kine
     return target
 
 
+MARK = "made by kinetile"
+"""What pages and films have in them: another one of the same name replaces them."""
+
+
 @contextmanager
 def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
     """Yields a file that is at ``path``, complete, when the context is left; BadOption where something is
-    there already (unless ``overwrite``), or it cannot be written."""
+    there already without ``MARK`` (unless ``overwrite``), or it cannot be written."""
+    with suppress(OSError):  # there is none, or it cannot be read
+        overwrite = overwrite or MARK.encode() in writable_target(path).read_bytes()
     new_target(path, overwrite, BadOption)
     try:
         with replacing(path) as file:

@@ -131,7 +131,7 @@ def view(
     ] = True,
     pairs: PairsOption = None,
     out: Annotated[
-        Path, cli.option("A new file: .html, a page, or .gif, a film (extra `figures`).", "FILE")
+        Path, cli.option("A new file: .html, a page, or .gif or .mp4, a film (extra `film`).", "FILE")
     ] = Path("view.html"),
     seconds: Annotated[
         float | None, cli.option("Duration of the film in seconds; 8 by default.", "SECONDS")
@@ -142,11 +142,11 @@ def view(
 ) -> None:
     """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
 
-    With --out FILE.gif, a film of the run.
+    With --out FILE.gif or FILE.mp4, a film of the run.
 
     For example: kinetile view random --beside cells --broad-phase naive --open
     """
-    form = check_ending("--out", out, (".html", ".gif"))
+    form = check_ending("--out", out, (".html", ".gif", ".mp4"))
     check_new("--out", out, overwrite)
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}

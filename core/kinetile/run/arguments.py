@@ -64,13 +64,29 @@ def read_direction(value: object) -> Point:
     return x, y
 
 
-def read_box(value: object) -> Box:
-    """Returns a box; ValueError for anything else, or for an inverted box."""
+def read_area(value: Any) -> tuple[Box, Outline | None]:
+    """Returns a box, or that around an outline and this, as it is placed; ValueError for anything else."""
+    value = (0.0, 0.0, value) if isinstance(value, Shape) else value
+    if isinstance(value, tuple | list) and len(value) == 3:
+        (x, y), (core, r) = read_outline(value, "an area")
+        corners = tuple((x + right, y + up) for right, up in core)
+        across, along = zip(*corners, strict=True)
+        return (min(across) - r, min(along) - r, max(across) + r, max(along) + r), (corners, r)
     what = "a box is (left, bottom, right, top), four finite numbers"
     left, bottom, right, top = _read_numbers(value, 4, f"{what}, {_SIZE}")
     if left > right or bottom > top:
         raise ValueError(f"{what}, left <= right and bottom <= top; found {shown(value)}")
-    return left, bottom, right, top
+    return (left, bottom, right, top), None
+
+
+def read_outline(value: Any, what: str) -> tuple[Point, Outline]:
+    """Returns the position, and core and radius, of a disc or a shape; ValueError for anything else."""
+    what = f"{what} is (x, y, radius), three finite numbers, {_SIZE}, or (x, y, shape)"
+    shaped = isinstance(value, tuple | list) and len(value) == 3 and isinstance(value[2], Shape)
+    x, y, *size = _read_numbers(value[:2] if shaped else value, 2 if shaped else 3, what)
+    if size and size[0] < 0.0:
+        raise ValueError(f"{what}, with a radius of at least 0; found {shown(value)}")
+    return (x, y), (value[2].core, value[2].radius) if shaped else (DISC, size[0])
 
 
 def read_length(value: Any, name: str) -> float:
@@ -103,12 +119,7 @@ def read_cast(
 ) -> tuple[Point, Outline, Point, Point]:
     """Returns place, core and radius, velocity, and acceleration of a body that is cast, for ``horizon`` of
     the scene's time where axes are periodic; ValueError for anything else."""
-    what = f"what is cast is (x, y, radius), three finite numbers, {_SIZE}, or (x, y, shape)"
-    shaped = isinstance(body, tuple | list) and len(body) == 3 and isinstance(body[2], Shape)
-    x, y, *size = _read_numbers(body[:2] if shaped else body, 2 if shaped else 3, what)
-    if size and size[0] < 0.0:
-        raise ValueError(f"{what}, with a radius of at least 0; found {shown(body)}")
-    outline = (body[2].core, body[2].radius) if shaped else (DISC, size[0])
+    place, outline = read_outline(body, "what is cast")
     vx, vy = read_point(velocity, "a velocity")
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
@@ -116,7 +127,7 @@ def read_cast(
     pull = scene.gravity if acceleration is None else read_point(acceleration, "an acceleration")
     for mistake in check_pull("", pull, scene.periodic):
         raise ValueError(f"the acceleration of what is cast is {mistake.found}; expected {mistake.expected}")
-    return (x, y), outline, (vx, vy), pull
+    return place, outline, (vx, vy), pull
 
 
 def _demand_few_periods(flight: Point, scene: Scene, what: str, right: str) -> None:
@@ -349,6 +360,14 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
         return None
     _check_speed(engine, speed, min(engine.bounds.smallest, new.radius))
     return engine.command_rows(INSERTED, body=engine.numbers, disc=numbers)
+
+
+def check_name(name: str, known: Mapping[str, int]) -> None:
+    """Raises ValueError for a name that is none, or that of another body."""
+    if wrong := VALUES["name"].expected(name):
+        raise _cannot_come(f"its name is {shown(name)}, expected {wrong}")
+    if name in known:
+        raise _cannot_come(f"its name is {name!r}, that of body {known[name]}; expected another name")
 
 
 def _cannot_come(why: str) -> ValueError:

@@ -32,6 +32,7 @@ from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import Recorder, RowFunction
 from kinetile.run.engine.engine import Engine, Kept
+from kinetile.run.engine.state import passings_of
 from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observers
@@ -46,12 +47,14 @@ from kinetile.scene import Insert, Scene, relabelled
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, read_count
 from kinetile.scene.commands import name_like
+from kinetile.scene.differences import core_difference
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Ints, Shape
 from kinetile.statistics import Observed
 
 OfKinds = Kind | Iterable[Kind] | None
+Placed = Numbers | tuple[float, float, Shape]
 
 _RUNS = ("run", "step", "be built", "be built again")
 
@@ -385,6 +388,12 @@ class Simulation(Moment):
                 event = event._replace(wall=WALLS[wall])
             return self._with_kinds(event)
 
+    @property
+    def passings(self) -> Ints:
+        """The pairs of bodies that pass through each other now, (m, 2), each once, a < b, ascending."""
+        found = passings_of(self._engine.k)
+        return np.unique(np.sort(np.stack([found["a"], found["b"]], axis=-1).astype(np.int64)), axis=0)
+
     def audit(self) -> None:
         """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""
         with _Alone(self, "be audited"):
@@ -392,8 +401,8 @@ class Simulation(Moment):
 
     @answering
     def number(self, name: str) -> int:
-        """Returns the number of a body that has a name in the scene; ValueError for another name."""
-        numbers = self.scene.numbers
+        """Returns the number of a body named by the scene or by ``insert``; ValueError for another name."""
+        numbers = {**self.scene.numbers, **self._engine.history.names}
         if name not in numbers:
             raise ValueError(f"no body of this scene is called {name!r}: expected {name_like(name, numbers)}")
         return numbers[name]
@@ -480,14 +489,15 @@ class Simulation(Moment):
         kind: Kind | None = None,
         shape: Shape | int | None = None,
         acceleration: Numbers | None = None,
+        name: str | None = None,
     ) -> int:
         """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
         returns its own number, which no other body of this run has or had.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
         longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
-        of the scene's, by default the first; ``acceleration`` is by default that of gravity. A refused call
-        leaves everything unchanged.
+        of the scene's, by default the first; ``acceleration`` is by default that of gravity; ``name`` is for
+        ``number``, and no other body has it. A refused call leaves everything unchanged.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
@@ -504,7 +514,11 @@ class Simulation(Moment):
             engine, size = self._engine, cast("float", radius)
             insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
             rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
+            if name is not None:
+                arguments.check_name(name, {**self.scene.numbers, **engine.history.names})
             engine.carry_out(INSERTED, rows, scene)
+            if name is not None:  # the history is new, and no snapshot has it yet
+                engine.history.names = {**engine.history.names, name: int(rows["body"][0])}
         return int(rows["body"][0])
 
     @answering
@@ -703,7 +717,7 @@ class Simulation(Moment):
 
     def cast(
         self,
-        body: Numbers | tuple[float, float, Shape],
+        body: Placed,
         velocity: Numbers,
         *,
         acceleration: Numbers | None = None,
@@ -712,9 +726,10 @@ class Simulation(Moment):
         """Returns the body that one which starts here and now would meet first, by the present plans.
 
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored. A contact needs approach: a body that it touches or overlaps at the start is met at once if
-        they approach, and not at all if they part. Of several at one tick the first by number. Along a
-        periodic axis it meets a body through any image, as far ahead as ``next_contact`` looks.
+        ignored, unless "wall" is one of the ``kinds``. A contact needs approach: a body that it touches or
+        overlaps at the start is met at once if they approach, and not at all if they part. Of several at one
+        tick the first by number. Along a periodic axis it meets a body through any image, as far ahead as
+        ``next_contact`` looks.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
@@ -727,19 +742,25 @@ class Simulation(Moment):
         """
         horizon = float(FORESEEN // TICKS) * self.time_unit
         thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
-        hit = meetings.cast(self._among(kinds), *thrown)
-        return None if hit is None else hit._replace(body=self._body_of(hit.body))
+        query, walls = self._query(), False
+        if kinds is not None:
+            chosen = arguments.read_kinds(kinds, (*query.composition.prepared.kinds, WALL), "kinds")
+            query, walls = _of_kinds(query, chosen), WALL in chosen
+        hit = meetings.cast(query, *thrown, walls)
+        return hit if hit is None or hit.body < 0 else hit._replace(body=self._body_of(hit.body))
 
     @answering
-    def bodies_in(self, box: Numbers, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
+    def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
         """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
         ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
 
-        ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. A body has its
-        outline, and is about its position in ``positions()``. All is computed in doubles. Raises ValueError
-        for what is no box, or upside down.
+        ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. Or it is a shape,
+        such as a polygon with corners in the scene's coordinates, or one at a place, (x, y, shape). A body
+        has its outline, and is about its position in ``positions()``. All is computed in doubles. Raises
+        ValueError for what is no box, or upside down.
         """
-        return self._bodies_of(places.bodies_in(self._among(kinds), arguments.read_box(box), whole))
+        around, area = arguments.read_area(box)
+        return self._bodies_of(places.bodies_in(self._among(kinds), around, whole, area))
 
     def bodies_near(
         self,
@@ -905,6 +926,14 @@ class Simulation(Moment):
     def _planned(self) -> Mapping[int, int]:
         engine = self._engine
         return engine.agenda.first_of_each(engine.k, engine.clock)
+
+
+def distance(a: Placed, b: Placed) -> float:
+    """Returns the distance of two outlines, each (x, y, radius) or (x, y, shape), in doubles: 0 where they
+    touch, below 0 how deep they overlap. Raises ValueError for what is no outline."""
+    (here, one), (there, other) = (arguments.read_outline(each, "an outline") for each in (a, b))
+    core = np.array([core_difference(one[0], other[0])], dtype=np.float64)
+    return float(places.gaps_to(core, np.array(one[1] + other[1]), np.array([there]) - here)[0])
 
 
 def composition_of(simulation: Simulation) -> Composition:

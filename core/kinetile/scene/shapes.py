@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -18,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, SceneError, answering, key_of
+from kinetile.lazy import needed
 from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, is_finite, shown
 from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
 from kinetile.scene.values import SIZE, VALUES
@@ -129,8 +131,18 @@ def segment(a: Sequence[float], b: Sequence[float]) -> Shape:
 
 @answering
 def polygon(corners: Iterable[Sequence[float]], radius: float = 0.0) -> Shape:
-    """Returns the convex polygon with these corners, anticlockwise, and with all within ``radius`` of it."""
-    return _made(tuple(corners), radius, {"core": "corners"})
+    """Returns the convex polygon with these corners, anticlockwise, and with all within ``radius`` of it. A
+    ring, which ends with its first corner again, may be clockwise, as those of Shapely are."""
+    ring, names = list(corners), {"core": "corners"}
+    if _is_ring(ring):
+        ring.pop()
+        with suppress(SceneError):
+            return _made(tuple(ring[::-1]), radius, names)
+    return _made(tuple(ring), radius, names)
+
+
+def _is_ring(points: Sequence[Sequence[float]]) -> bool:
+    return len(points) > 3 and np.array_equal(points[0], points[-1])
 
 
 def _made(core: Any, radius: float, names: Mapping[str, str]) -> Shape:
@@ -280,7 +292,7 @@ def check_obstacle(given: Any, where: str) -> list[Mistake]:
 def polyline(
     points: Iterable[Sequence[float]], *, closed: bool = False, kind: str | int = OBSTACLE
 ) -> list[Obstacle]:
-    """Returns segments from each point, (x, y), to the next one; ``closed``: also from the last to the first.
+    """Returns segments from each point, (x, y), to the next one; ``closed``: to the first after the last.
     Ends that join are the same up to a rounding, for small dyadic numbers exactly. Raises SceneError, with
     every mistake, for fewer than two points, and for two that are one place or not finite."""
     corners = list(points)
@@ -292,7 +304,7 @@ def polyline(
     if mistakes:
         raise SceneError(mistakes, "the polyline")
     found = []
-    nexts = [*corners[1:], corners[0]] if closed else corners[1:]
+    nexts = [*corners[1:], corners[0]] if closed and not _is_ring(corners) else corners[1:]
     for k, (p, q) in enumerate(zip(corners, nexts, strict=False)):
         middle = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])
         ends = [(x - middle[0], y - middle[1]) for x, y in (p, q)]
@@ -301,6 +313,28 @@ def polyline(
             raise SceneError([odd], "the polyline")
         found.append(Obstacle(segment(*ends), middle, kind=kind))
     return found
+
+
+@answering
+def convex_parts(points: Any, *, kind: str | int = OBSTACLE) -> list[Obstacle]:
+    """Returns convex obstacles that fill an outline: points (x, y) in either direction, or a polygon of
+    Shapely with its holes. All have one position, so that they join exactly. Raises MissingExtra without
+    Shapely (extra ``outlines``), SceneError for what is no outline."""
+    shapely = needed("Cutting an outline into convex parts", "shapely", "outlines")
+    if not isinstance(points, shapely.Geometry):
+        polyline(points, closed=True)  # which finds what is no point
+        points = shapely.Polygon(points if len(points) > 2 else None)
+    if not points.is_valid or not points.area:
+        why = "no area" if points.is_valid else shapely.is_valid_reason(points)
+        raise SceneError([Mistake("points", why, "an outline that does not meet itself")], "the outline")
+    middle, parts = points.envelope.centroid.coords[0], list[Any]()
+    placed = shapely.transform(points, lambda corners: corners - middle)
+    for one in shapely.constrained_delaunay_triangles(placed).geoms:
+        few = ((k, part | one) for k, part in enumerate(parts) if len(part.exterior.coords) <= MOST_CORNERS)
+        convex = ((k, hull) for k, whole in few if whole.equals(hull := whole.convex_hull))
+        k, part = next(convex, (len(parts), one))
+        parts[k : k + 1] = [part]
+    return [Obstacle(polygon(each.exterior.coords), middle, kind=kind) for each in parts]
 
 
 @dataclass(frozen=True)

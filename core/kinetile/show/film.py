@@ -1,4 +1,4 @@
-"""A film of a run: pictures at evenly spaced times, as an animated GIF.
+"""A film of a run: pictures at evenly spaced times, as an animated GIF, or as a video.
 
 All frames have one view: the arena, or what all bodies reach in the whole film.
 """
@@ -7,20 +7,23 @@ from __future__ import annotations
 
 import math
 import os
+from base64 import b64encode
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from io import BytesIO
+from itertools import chain, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from kinetile.errors import BadOption, answering
+from kinetile.lazy import needed
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene.checks import is_finite, shown
 from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
 from kinetile.show.player.view import to_show, window
 from kinetile.show.printed import as_pixels, check_printing
-from kinetile.targets import writing_new
+from kinetile.targets import MARK, writing_new
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -38,9 +41,9 @@ _FLATTEST = 1e-3  # the least height of a view in widths, and the least width in
 
 @dataclass(frozen=True)
 class Film:
-    """A film of a run: ``simulation`` is at the scene's start and does not change, ``times`` are those of the
-    frames, in the scene's time, ``width`` is in pixels; whether the ``structure`` of the broad phase and
-    lines between ``pairs`` are drawn (None: as in a picture)."""
+    """A film of a run; a notebook shows it. ``simulation`` is at the scene's start and does not change,
+    ``times`` are those of the frames, in the scene's time, ``width`` is in pixels; whether the ``structure``
+    of the broad phase and lines between ``pairs`` are drawn (None: as in a picture)."""
 
     simulation: Simulation
     times: tuple[float, ...]
@@ -66,26 +69,48 @@ class Film:
         overwrite: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> Path:
-        """Writes the film to a file that ends in .gif, complete or not at all, and returns its path;
-        ``progress`` is called after each frame, with the number of frames so far and of all. Raises
-        MissingExtra without matplotlib, and BadOption for a file of another name, one that is there already
+        """Writes the film to a file that ends in .gif, which is added to a name without an ending, or in .mp4
+        (extra ``film``), complete or not at all, and returns its path; ``progress`` is called after each
+        frame, with the number of frames so far and of all. It replaces another film. Raises MissingExtra
+        without matplotlib, or for .mp4 without PyAV, and BadOption for a file of another name, any other file
         (unless ``overwrite``) or one that cannot be written."""
-        target = Path(path)
-        if target.suffix.lower() != ".gif":
-            raise BadOption(f"the film is {str(target)!r}; expected a name that ends in .gif")
+        target = given if (given := Path(path)).suffix else Path(f"{given}.gif")
+        write = {".gif": self._write_gif, ".mp4": self._write_mp4}.get(target.suffix.lower())
+        if write is None:
+            raise BadOption(f"the film is {str(target)!r}; expected a name that ends in .gif or .mp4")
+        with writing_new(target, overwrite) as file:
+            write(file, self._counted(progress))
+        return target
+
+    def _repr_html_(self) -> str:
+        file = BytesIO()
+        self._write_gif(file, self.frames())
+        content, (first, *_, last) = b64encode(file.getvalue()).decode(), self.times
+        return f'<img src="data:image/gif;base64,{content}" alt="A film, time {first:g} to {last:g}">'
+
+    def _write_gif(self, file: BinaryIO, images: Iterator[Image]) -> None:
         check_printing("Drawing a film")
         from PIL import Image
 
         palette = Image.new("P", (1, 1))
         palette.putpalette(bytes(_palette()))
-        frames = (
-            frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in self._counted(progress)
-        )
+        frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
         ends = [round(100 * frame / FRAMES) for frame in range(len(self.times) + 1)]  # hundredths of a second
         durations = [10 * (end - begin) for begin, end in pairwise(ends)]
-        with writing_new(target, overwrite) as file:
-            next(frames).save(file, "GIF", save_all=True, append_images=frames, duration=durations, loop=0)
-        return target
+        options = {"duration": durations, "loop": 0, "comment": MARK.encode()}
+        next(frames).save(file, "GIF", save_all=True, append_images=frames, **options)
+
+    def _write_mp4(self, file: BinaryIO, images: Iterator[Image]) -> None:
+        av = needed("Writing a film as .mp4", "av", "film")
+        first = next(images)
+        wide, high = (side // 2 * 2 for side in first.size)  # the form needs even sides
+        with av.open(file, "w", format="mp4") as video:
+            video.metadata["comment"] = MARK
+            stream = video.add_stream("libx264", rate=FRAMES)
+            stream.width, stream.height, stream.pix_fmt = wide, high, "yuv420p"
+            for image in chain([first], images):
+                video.mux(stream.encode(av.VideoFrame.from_image(image.crop((0, 0, wide, high)))))
+            video.mux(stream.encode())
 
     def _counted(self, progress: Callable[[int, int], None] | None) -> Iterator[Image]:
         for done, frame in enumerate(self.frames(), 1):

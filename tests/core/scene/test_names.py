@@ -79,6 +79,23 @@ def test_what_was_recorded_and_saved_has_the_names(tmp_path: Path) -> None:
     assert outcome(resumed) == outcome(sim)
 
 
+def test_a_body_that_was_inserted_by_hand_has_a_name(tmp_path: Path) -> None:
+    sim = kt.Simulation(flights(), live=True)
+    sim.run(until=1.25)
+    assert sim.insert((5.0, 3.0), (0.0, 0.0), 0.25, name="EI1") == sim.number("EI1") == 3
+    for taken, words in (("EI1", "that of body 3"), ("AF123", "that of body 0"), ("", "expected a name")):
+        with pytest.raises(ValueError, match=words):
+            sim.insert((3.0, 3.0), (0.0, 0.0), 0.25, name=taken)
+    before = sim.snapshot()
+    sim.insert((3.0, 3.0), (0.0, 0.0), 0.25, name="EI2")
+    sim.restore(before)
+    sim.save(tmp_path / "half.kt")
+    for each in (sim, kt.resume(tmp_path / "half.kt")):
+        assert each.recorded().numbers == {"AF123": 0, "BA777": 2, "EI1": 3}
+        with pytest.raises(ValueError, match="did you mean 'EI1'"):
+            each.number("EI2")
+
+
 def test_names_that_no_body_or_two_bodies_have_are_told() -> None:
     with pytest.raises(SceneError) as caught:
         flights(kt.Remove("BA778", 2.0), kt.Insert(3.0, (1.0, 3.0), (0.0, 0.0), 0.1, name="AF123"))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import kinetile as kt
-from kinetile.errors import SceneError
+from kinetile.errors import BadOption, SceneError
 from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import GENERAL
 
@@ -30,6 +30,49 @@ def test_segments_of_a_polyline_join_exactly_on_a_lattice():
             ends.append(((x + a, y + b), (x + c, y + d)))
         round_about = [*points[1:], points[0]]
         assert ends == list(zip(points, round_about, strict=True))[: len(points) - (not closed)]
+
+
+def test_a_closed_ring_is_an_outline_in_either_direction():
+    """As Shapely has them, whose hulls are clockwise."""
+    square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    for ring in ([*square, square[0]], [*square, square[0]][::-1]):
+        assert kt.polygon(ring) in [kt.polygon(square[k:] + square[:k]) for k in range(4)]
+        assert kt.polyline(ring, closed=True) == kt.polyline(ring)
+    with pytest.raises(SceneError, match="clockwise"):
+        kt.polygon(square[::-1])
+
+
+@pytest.mark.small
+def test_an_outline_is_cut_into_convex_parts():
+    shapely = pytest.importorskip("shapely")
+    corner = [(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)]
+    hole = shapely.box(0.0, 0.0, 3.0, 3.0) - shapely.box(1.0, 1.0, 2.0, 2.0)
+    for outline, area, parts in ((corner, 7.0, 2), (corner[::-1], 7.0, 2), (hole, 8.0, 4)):
+        found = kt.convex_parts(outline, kind="shelf")
+        cut = [shapely.Polygon(each.shape.core) for each in found]
+        assert sum(each.area for each in cut) == shapely.union_all(cut).area == area
+        assert (len(found), {each.kind for each in found}) == (parts, {"shelf"})
+    disc = kt.Scene([(2.5, 2.5)], [(-1.0, -1.0)], 0.5, arena=(4.0, 4.0))
+    sim = kt.Simulation(kt.with_obstacles(disc, kt.convex_parts(corner)), "naive")
+    sim.run(max_contacts=2)
+    assert sim.positions()[0] == pytest.approx([1.5, 1.5])
+    many = [(math.cos(k * math.pi / 10), math.sin(k * math.pi / 10)) for k in range(20)]
+    assert max(len(each.shape.core) for each in kt.convex_parts(many)) <= 8
+
+
+@pytest.mark.parametrize(
+    ("points", "error", "words"),
+    [
+        ([(0, 0), (1, 1)], SceneError, "points: found no area"),
+        ([(0, 0), (1, 1), (1, 0), (0, 1)], SceneError, r"points: found Self-intersection\[0.5 0.5\]"),
+        ([(0, 0), (1, 0), (math.nan, 1)], SceneError, r"points\[2\]: found"),
+        (3, BadOption, "points is 3"),
+    ],
+)
+def test_what_is_no_outline(points, error, words):
+    pytest.importorskip("shapely")
+    with pytest.raises(error, match=words):
+        kt.convex_parts(points)
 
 
 def test_obstacles_come_after_the_bodies_and_change_nothing_else():

@@ -128,6 +128,31 @@ def test_a_film_that_cannot_be_saved(monkeypatch):
         film.save("a.gif")
 
 
+def test_saving_again_replaces_a_film_or_a_page_and_nothing_else():
+    page = kt.view(kt.Simulation(SCENE, "naive"))
+    for shown, path in (small_film(), Path("a.gif")), (page, Path("a.html")):
+        assert [shown.save("a"), shown.save("a"), shown.save(path)] == [path] * 3
+        path.write_text("mine")
+        with pytest.raises(BadOption, match=rf"{path} is there already"):
+            shown.save("a")
+        assert shown.save(path, overwrite=True).read_bytes() != b"mine"
+
+
+def test_a_video_has_all_frames():
+    av = pytest.importorskip("av")
+    film = small_film(structure=False, width=125)
+    path = film.save("a.mp4")
+    assert film.save(path) == path
+    with av.open(str(path)) as video:
+        frames, rate = list(video.decode(video=0)), video.streams[0].average_rate
+    assert (len(frames), frames[0].width, frames[0].height, rate) == (5, 124, 144, 25)
+    assert frames[0].to_image().getpixel((12 + 30, 12 + 50)) == pytest.approx(DISC, abs=24)
+
+
+def test_a_notebook_shows_a_film():
+    assert small_film()._repr_html_().startswith('<img src="data:image/gif;base64,R0lGODlh')
+
+
 def test_the_command_writes_a_film(tmp_path):
     result = kinetile(f"{COMMAND} --broad-phase naive --out a.gif")
     assert (result.exit_code, result.stdout[:7]) == (0, "a.gif: "), result.stderr

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import chain, compress, groupby
 from operator import itemgetter
 from struct import Struct
@@ -281,6 +281,7 @@ class History:
     def __init__(
         self, rows: tuple[bytes, ...] = (), inserted: tuple[bytes, ...] = (), bases: Bases = ()
     ) -> None:
+        self.names: Mapping[str, int] = {}  # of inserted bodies that have one
         self._rows = rows
         self._inserted = inserted  # bodies and kinds of insertions, so that kinds are read at once
         self._bases = bases
@@ -300,7 +301,7 @@ class History:
     def with_rows(self, rows: Rows, base: int) -> History:
         """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
         history = History(self._rows, self._inserted, self._bases)
-        history._last = (*self._last, (base, rows.tobytes()))
+        history._last, history.names = (*self._last, (base, rows.tobytes())), self.names
         if len(history._last) >= LAST:
             history._take_in_last()
         return history
@@ -328,7 +329,7 @@ class History:
         A planned command comes before those by hand of its tick, unless it waited then for an insertion
         without room: such commands are given the number of contacts of what overtook them.
         """
-        played: list[SceneCommand] = []
+        played, names = list[SceneCommand](), {body: name for name, body in self.names.items()}
         planned, gone = deque(scene.commands), set()
         for command, overtaken in self._commands():
             due = []
@@ -336,6 +337,8 @@ class History:
                 due.append(planned.popleft())
             due = [each for each in due if each.body not in gone]
             by_hand = command.as_scene_has_it(clock, scene)
+            if isinstance(by_hand, Insert):
+                by_hand = by_hand._replace(name=names.get(command.body))
             first = len(due) - overtaken
             planned.extendleft(each._replace(at=by_hand.at) for each in reversed(due[first:]))
             played += [*due[:first], by_hand]

@@ -43,15 +43,20 @@ def contents_of(k: Kernel) -> Contents:
     for table in (k.queue, k.bodies, k.traits, k.images):
         if len(table):
             copy_carried(table.view(np.ndarray).take(taken), plans, number)
-    live = k.passings.view(np.ndarray)
-    live = live[live["a"] >= 0]
-    passings = np.zeros(len(live), ROWS["passings"])
-    copy_carried(live, passings, number)
-    passings.sort(order=("a", "b", "m", "n"))
     copy_carried(k.clock, clock, number)
     if not clock["fault.code"]:
         clock["fault.a"] = clock["fault.b"] = NOBODY
-    return Contents(plans, passings, waiting(k).copy(), np.array(k.counts), clock)
+    return Contents(plans, passings_of(k), waiting(k).copy(), np.array(k.counts), clock)
+
+
+def passings_of(k: Kernel) -> npt.NDArray[Any]:
+    """Returns the passings now, by the numbers of their bodies, in their order."""
+    live = k.passings.view(np.ndarray)
+    live = live[live["a"] >= 0]
+    passings = np.zeros(len(live), ROWS["passings"])
+    copy_carried(live, passings, np.append(k.queue.view(np.ndarray)["number"], THEMSELVES))
+    passings.sort(order=("a", "b", "m", "n"))
+    return passings
 
 
 def contents_at_start(scene: Scene) -> Contents:

@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.certificates.bent import bent_touch
+from kinetile.kernel.certificates.bent import bent_touch, bent_wall
 from kinetile.kernel.certificates.bent_convex import bent_enters
 from kinetile.kernel.certificates.contact import first_touch
 from kinetile.kernel.certificates.convex import enters
 from kinetile.kernel.certificates.plans import Axis, BentPlans, Plans, bent_plans_of, bent_plans_through
+from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
 from kinetile.kernel.images import first_bent_image, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
@@ -62,12 +64,14 @@ class NextContact(NamedTuple):
 
 
 class CastHit(NamedTuple):
-    """The ``body`` that a cast disc meets first; ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
+    """The ``body``, or the wall, that what is cast meets first, how far from its start it is then
+    (``distance``), and when: numbers of walls, ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
 
     time: float
     epoch: int
     tick: int
     body: int
+    distance: float
 
 
 BEGUN, WALL, PAIR, PARTING = range(4)
@@ -101,8 +105,10 @@ def next_contact_of(
     return NextContact(*_moment_of(query, first.tick), one, other)
 
 
-def cast(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point) -> CastHit | None:
-    """Returns what ``Simulation.cast`` does: the body of the hit is a slot."""
+def cast(
+    query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point, walls: bool = False
+) -> CastHit | None:
+    """Returns what ``Simulation.cast`` does: the body of the hit is a slot, or of ``walls`` a wall."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     bent = query.composition.prepared.bent or any(pull)
@@ -119,9 +125,32 @@ def cast(query: Query, centre: Point, outline: Outline, velocity: Point, pull: P
         thrown = (*centre, *velocity, outline[1])
         _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, *thrown, ticks)
     at = int(ticks.argmin()) if len(ticks) else 0
-    if not len(ticks) or ticks[at] == NEVER:
+    found = _walls(query, centre, outline, velocity, pull) if walls else []
+    found += [(int(ticks[at]), int(query.slots[at]))] if len(ticks) else []
+    tick, met = min(found, key=itemgetter(0), default=(NEVER, NOBODY))
+    if tick == NEVER:
         return None
-    return CastHit(*_moment_of(query, int(ticks[at])), int(query.slots[at]))
+    t = (tick - query.now) * float(query.k.clock[0].tick)
+    flown = math.hypot(*((v + 0.5 * a * t) * t for v, a in zip(velocity, pull, strict=True)))
+    return CastHit(*_moment_of(query, tick), met, flown)
+
+
+def _walls(
+    query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point
+) -> list[tuple[int, int]]:
+    """Returns when what is cast meets walls, as far ahead as bodies, and which, first those of x."""
+    clock, found, (core, r) = query.k.clock[0], list[tuple[int, int]](), outline
+    last = query.now + query.ahead(velocity) if any(query.periods) else NEVER
+    for axis, side in enumerate((clock.limits.width, clock.limits.height)):
+        at, v, a, spots = centre[axis], velocity[axis], pull[axis], [corner[axis] for corner in core]
+        ends = (-1, at, 0.0, r - min(spots), 1.0), (-2, side, at, r + max(spots), -1.0)
+        for wall, *gap, way in ends if side and not query.periods[axis] else ():
+            closes: Callable[..., int] = bent_wall if a else reaches
+            rates = (way * v, way * a) if a else (abs(v),)
+            delay = closes(*gap, *rates, clock.tick, clock.per_time)
+            if delay != NEVER and query.now + delay < last and (a or way * v < 0.0):
+                found.append((query.now + delay, wall - 2 * axis))
+    return found
 
 
 def _theirs(query: Query) -> tuple[list[Outline], Ints]:

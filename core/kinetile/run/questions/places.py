@@ -25,7 +25,7 @@ from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
 from kinetile.scene.shapes import Bools, Floats, Ints, Shape
-from kinetile.toolbox.differences import DISC
+from kinetile.toolbox.differences import DISC, Outline
 
 Box = tuple[float, float, float, float]
 """left, bottom, right, top; left <= right and bottom <= top."""
@@ -112,27 +112,25 @@ class Query:
         """(n,) the indices of their shapes; 0 where all are discs."""
         return self.k.bodies["form"][self.slots] if self.shapes else np.zeros(len(self.slots), np.int64)
 
-    def cores(self, few: Ints, box: Box | None = None) -> tuple[Floats, Floats]:
+    def cores(self, few: Ints, area: Sequence[Point] = ()) -> tuple[Floats, Floats]:
         """Returns the corners of the cores of a few bodies, (m, most, 2), the last one repeated where there
-        are fewer, and (m,) their radii; with a ``box`` those of the differences of box and core."""
+        are fewer, and (m,) their radii; with an ``area`` those of the differences of area and core."""
         forms, which = np.unique(self.forms[few], return_inverse=True)
         shapes = [self.shapes[each] for each in forms.tolist()] if self.shapes else []
         cores: list[Sequence[tuple[Any, Any]]] = [each.core for each in shapes] or [DISC] * len(forms)
-        if box is not None:
-            left, bottom, right, top = box
-            around = ((left, bottom), (right, bottom), (right, top), (left, top))
-            cores = [core_difference(around, core) for core in cores]
+        cores = [core_difference(tuple(area), core) for core in cores] if area else cores
         most = max(map(len, cores), default=1)
         padded = [(*core, *[core[-1]] * (most - len(core))) for core in cores]
         radii = np.array([each.radius for each in shapes])[which] if shapes else self.radii[few]
         return np.array(padded, dtype=np.float64).reshape(-1, most, 2)[which], radii
 
 
-def bodies_in(query: Query, box: Box, inside: bool = False) -> Ints:
-    """Returns the slots of bodies with a point in a box, or its edges, or all ``inside``; in order."""
+def bodies_in(query: Query, box: Box, inside: bool = False, area: Outline | None = None) -> Ints:
+    """Returns the slots of bodies with a point in a box, or its edges, or all ``inside``; in order. With an
+    ``area``, around which the box is, of bodies in that."""
     held = np.zeros(len(query.slots), dtype=np.bool_)
     for shift in _shifts(box, query.periods, float(query.radii.max(initial=0.0))):
-        held |= _in_box(query, query.places + shift, box, inside)
+        held |= _in_box(query, query.places + shift, box, inside, area)
     return query.slots[held]
 
 
@@ -151,21 +149,28 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
         yield np.array([right, up])
 
 
-def _in_box(query: Query, places: Floats, box: Box, inside: bool) -> Bools:
+def _in_box(query: Query, places: Floats, box: Box, inside: bool, area: Outline | None) -> Bools:
+    left, bottom, right, top = box
     low, high = np.array(box).reshape(2, 2)
+    core, radius = area or (((left, bottom), (right, bottom), (right, top), (left, top)), 0.0)
     few = np.flatnonzero(np.maximum(*np.maximum(low - places, places - high).T) <= query.radii)
     if inside:
         corners, radii = query.cores(few)
         spots = places[few][:, None] + corners
-        held = np.maximum(low - spots, spots - high).max(axis=(1, 2)) + radii <= 0.0
+        if area is None:
+            beyond = np.maximum(low - spots, spots - high).max(axis=2)
+        else:
+            around = np.broadcast_to(core, (spots.size // 2, len(core), 2))
+            beyond = gaps_to(around, np.array(radius), spots.reshape(-1, 2)).reshape(spots.shape[:2])
+        held = beyond.max(axis=1) + radii <= 0.0
     else:
-        held = _gaps(*query.cores(few, box), places[few]) <= 0.0
+        held = gaps_to(*query.cores(few, core), places[few]) <= radius
     found = np.zeros(len(places), dtype=np.bool_)
     found[few[held]] = True
     return found
 
 
-def _gaps(corners: Floats, radii: Floats, points: Floats) -> Floats:
+def gaps_to(corners: Floats, radii: Floats, points: Floats) -> Floats:
     """Returns how far points are from the outlines of bodies, (m,), below 0 inside: the distance to the core,
     or within the core that to its outline, negated, less the radius."""
     sides, at = np.roll(corners, -1, axis=1) - corners, points[:, None] - corners
@@ -194,7 +199,7 @@ def bodies_near(query: Query, point: Point, radius: float | None = None, count: 
         limit = min(limit, float(np.partition(farthest, count - 1)[count - 1]))
     few = np.flatnonzero(nearest <= limit)  # by the circles around bodies
     corners, radii = query.cores(few)
-    gaps = np.min([_gaps(corners, radii, apart[few] + shift) for shift in product(*turns)], axis=0)
+    gaps = np.min([gaps_to(corners, radii, apart[few] + shift) for shift in product(*turns)], axis=0)
     order = np.argsort(gaps, kind="stable")
     if radius is not None:
         order = order[gaps[order] <= radius]
@@ -253,7 +258,7 @@ def _entries(corners: Floats, radii: Floats, start: Floats, u: Floats) -> Floats
         beside = np.abs(part - 0.5) <= 0.5 + 2.0**-50  # so that no ray goes between two sides
         over = (fall > 0.0) & (gap >= 0.0) & beside
         found = np.minimum(discs, np.where(over, after, math.inf)).min(axis=1) * math.sqrt(n)
-    found[_gaps(corners, radii, start) <= 0.0] = 0.0
+    found[gaps_to(corners, radii, start) <= 0.0] = 0.0
     return np.asarray(found)
 
 

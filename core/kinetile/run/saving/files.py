@@ -232,6 +232,7 @@ def _content(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
         "later": list(state.later.ticks),
         "entries": _entries(state.entries, arrays),
         "history": [list(base) for base in bases],
+        "names": state.history.names,
         **{name: getattr(snapshot, name) for name in _OF_RUN},
     }
 
@@ -243,6 +244,7 @@ def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
         _rows(arrays, "history", COMMAND).tobytes(),
         tuple((int(first), int(base)) for first, base in content["history"]),
     )
+    history.names = {str(name): int(body) for name, body in content["names"].items()}
     state = RunState(
         contents=Contents(**{name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}),
         bounds=Bounds._make([*content["bounds"], 0.0, NO_SKIN]),

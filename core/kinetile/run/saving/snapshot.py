@@ -82,6 +82,7 @@ class Snapshot:
             tables += (rows[field.name] for field in declared(rows.dtype, Role.CARRIED))
         return (
             *(self.scene, self.phases, self.audit, self.start_energy, state.history.content),
+            state.history.names,
             *(entries.rows, entries.digest.hexdigest(), entries.pending_events),
             [table.tobytes() for table in tables],
             *(state.base, state.bounds, state.commands, state.later.ticks, state.requested, state.audits),

@@ -32,6 +32,7 @@ from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
 from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
 from kinetile.records.trajectory import first_accelerations
+from kinetile.run.engine.state import passings_of
 from kinetile.run.flights import SIDES, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
@@ -113,7 +114,8 @@ def record(
             try:
                 simulation.run(begin)
             finally:
-                plans, passing = plans.of_run(simulation), _passing(simulation)
+                plans = plans.of_run(simulation)
+                passing = passings_of(simulation.tables)[["a", "b", "m", "n"]].tolist()
         # Each contact has a row. Without this limit a far end would be refused, for its rows of the clock.
         most = MOST_ROWS + 1 if max_contacts is None else max_contacts
         simulation.run(until, max_contacts=most, recorder=rows)
@@ -209,13 +211,6 @@ def _with_steps(
 
 def _queued(simulation: Simulation) -> int:
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
-
-
-def _passing(simulation: Simulation) -> list[tuple[int, ...]]:
-    number, table = simulation.tables.queue["number"], simulation.tables.passings
-    live = table[table["a"] >= 0]
-    columns = number[live["a"]], number[live["b"]], live["m"], live["n"]
-    return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 Floats = npt.NDArray[np.float64]

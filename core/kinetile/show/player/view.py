@@ -58,11 +58,12 @@ class View:
         return self.page.html()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Writes the page, returns its path; BadOption where one is (unless ``overwrite``)."""
-        content = str(self).encode()
-        with writing_new(path, overwrite) as file:
-            file.write(content)
-        return Path(path)
+        """Writes the page, ending in .html if ``path`` has no ending, and returns its path. It replaces
+        another page; BadOption where any other file is (unless ``overwrite``)."""
+        target = given if (given := Path(path)).suffix else Path(f"{given}.html")
+        with writing_new(target, overwrite) as file:
+            file.write(str(self).encode())
+        return target
 
     def _repr_html_(self) -> str:
         page, title = html.escape(str(self)), escape(self.page.title)
@@ -164,6 +165,9 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     begin = scene.start if begin is None else begin
     if not is_finite(begin):
         raise BadOption(f"begin is {shown(begin)}; expected a finite time")
+    if isinstance(until, Simulation):
+        several = "kinetile.show.player.view_scene(scene, [(name, options), ...]) shows several phases"
+        raise BadOption(f"until is another simulation; expected a time, for one run: {several}")
     own = scene.settings.until
     until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
     if not (is_finite(until) and scene.start <= begin <= until):

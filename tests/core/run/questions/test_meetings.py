@@ -63,7 +63,7 @@ def test_where_bodies_pass_through_each_other_they_never_meet():
     sim = kt.Simulation(scene, "naive", narrow_phases=("wall",))
     assert sim.next_contact(0, 1) is None
     assert sim.next_contact_of(0).b == -2
-    assert sim.cast((3.0, 1.0, 0.0), (0.0, 0.0)) == (1.75, 1, 3 << 50, 0), "a point"
+    assert sim.cast((3.0, 1.0, 0.0), (0.0, 0.0)) == (1.75, 1, 3 << 50, 0, 0.0), "a point"
     assert kt.Simulation(scene, "naive", narrow_phases=("disc",)).next_contact_of(0) == (0.25, 0, 2**50, 0, 1)
 
 

@@ -276,7 +276,7 @@ def test_the_circles_around_bodies_leave_nobody_out():
         query = laid_out([(shape, x, y) for shape, (x, y) in zip(shapes, at.tolist(), strict=True)])
         cores = query.cores(np.arange(3))
         for point in (-far * u, at[0] + (size + far) * u, at[2] + (size + far) * u):
-            gaps = places._gaps(*cores, point - at)
+            gaps = places.gaps_to(*cores, point - at)
             nearest = np.argsort(gaps, kind="stable").tolist()
             assert places.bodies_near(query, tuple(point), count=1).tolist() == nearest[:1]
             assert set(nearest[:2]) <= {*places.bodies_near(query, tuple(point), gaps[nearest[1]]).tolist()}

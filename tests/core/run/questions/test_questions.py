@@ -69,6 +69,49 @@ def test_numbers_may_come_from_arrays():
     assert sim.bodies_near([one, one], k=np.int64(2)).tolist() == sim.bodies_near((0.5, 0.5), k=2).tolist()
 
 
+def test_what_is_cast_is_said_to_have_flown_so_far():
+    sim = kt.Simulation(kt.Scene([(4.0, 0.0), (0.0, -8.0)], [(0.0, 0.0), (0.0, 0.0)], 1.0), "naive")
+    assert sim.cast((0.0, 0.0, 1.0), (0.5, 0.0)) == (4.0, 4, 0, 0, 2.0)
+    assert sim.cast((0.0, 0.0, 1.0), (0.0, -1.0), acceleration=(0.0, -1.0)).distance == 6.0
+    room = kt.Simulation(kt.Scene([(7.0, 7.0)], [(0.0, 0.0)], 0.5, arena=(8.0, 8.0)), "naive")
+    box = (2.0, 1.0, kt.box(2.0, 1.0))
+    assert room.cast(box, (-0.5, 0.0), kinds="wall") == (2.0, 2, 0, -1, 1.0)
+    assert room.cast(box, (0.0, 2.0), acceleration=(0.0, -1.0), kinds="wall").body == -3
+    assert room.cast(box, (-0.5, 0.0)) is None
+
+
+def test_the_distance_is_that_of_outlines():
+    box = kt.box(2.0, 2.0)
+    assert kt.distance((0.0, 0.0, 1.0), (3.0, 4.0, 0.5)) == 3.5
+    assert kt.distance((0.0, 0.0, box), [4.0, 5.0, 0.0]) == 5.0
+    assert kt.distance((1.0, 1.0, box), (3.0, 1.0, box)) == 0.0
+    assert kt.distance((1.0, 1.0, box), (2.5, 1.0, box)) == -0.5
+
+
+def test_who_is_in_a_polygon():
+    triangle = kt.polygon([(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)])
+    spots = [(1.0, 1.0), (4.5, 3.5), (2.5, 2.5), (7.5, 1.0)]
+    bodies = kt.Scene(spots, np.zeros((4, 2)), [1.0, 1.0, 0.75, 0.5], arena=(8.0, 8.0), periodic="x")
+    sim = kt.Simulation(bodies, "naive")
+    assert sim.bodies_in(triangle).tolist() == [0, 2, 3], "the last through its image at -0.5"
+    assert sim.bodies_in(triangle, whole=True).tolist() == [0]
+    assert sim.bodies_in((4.0, 0.0, triangle)).tolist() == [1, 3]
+    assert sim.bodies_in((1.0, 1.0, 1.0), whole=True).tolist() == [0]
+    for radius in (0.5, 1.5, 2.0):  # bodies near a point are those in a disc
+        near = sim.bodies_near((2.0, 1.0), radius=radius)
+        assert sim.bodies_in((2.0, 1.0, radius)).tolist() == sorted(near.tolist())
+
+
+def test_who_is_passing_whom():
+    scene = kt.Scene([(3.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], 0.5)
+    sim = kt.Simulation(scene.replace(responses="pass"), "naive")
+    pairs = []
+    for time in (1.0, 2.5, 4.5, 8.5):
+        sim.run(time)
+        pairs.append(sim.passings.tolist())
+    assert pairs == [[], [[0, 1]], [], [[1, 2]]]
+
+
 COMMAND = Path(__file__).parents[4] / "docs" / "examples" / "time_questions.py"
 
 

@@ -141,8 +141,9 @@ def cast_as_inserted(sim: kt.Simulation) -> None:
         new = ahead.insert(place, speed, 0.0625, kind="probe")
     except KinetileError:
         return
-    met, hit = ahead.next_contact_of(new, kinds=("ball", "wisp")), sim.cast((*place, 0.0625), speed)
-    assert hit == (None if met is None else (*met[:3], *{met.a, met.b} - {new}))
+    for kinds in (("ball", "wisp"), ("ball", "wisp", "wall"), ("wall",)):
+        met, hit = ahead.next_contact_of(new, kinds=kinds), sim.cast((*place, 0.0625), speed, kinds=kinds)
+        assert (hit and hit[:4]) == (None if met is None else (*met[:3], *{met.a, met.b} - {new}))
 
 
 @settings(max_examples=examples(10), deadline=None)

@@ -68,6 +68,12 @@ def test_the_page_has_the_places_and_the_structure_of_the_library(seed, tmp_path
     assert_page_is_exact(scene, until, phases[seed // 2 % len(phases)], tmp_path, seed)  # each in turn
 
 
+def test_shapes_at_one_place_have_one_order():
+    home = {"role": "bound", "coordinates": [[-1, 0.5, 0]] * 4, "shape": "box", "label": ""}
+    two = [home | {"fails": fails} for fails in ([0, 7], None)]
+    assert in_order(two) == in_order(two[::-1])
+
+
 ROOMS = Path(__file__).parents[4] / "docs" / "scenes"
 PEGS = kt.Scene(
     [(4.0, 7.0), *((x + 0.5 * (y % 2), float(y)) for y in range(1, 6) for x in range(1, 7))],
