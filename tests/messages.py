@@ -20,6 +20,9 @@ import pytest
 
 from kinetile import errors
 
+LONGEST = 400
+"""Letters in a line of a message."""
+
 
 class Row(NamedTuple):
     """A call, and the parts of its sentence in their order."""
@@ -57,7 +60,9 @@ def message_of(row: Row, names: dict[str, Any], request: Any) -> str:
         return str(eval(row.call, names))
     with pytest.raises(eval(row.error, names)) as caught:
         exec(row.call, names)
-    return f"{caught.type.__name__}: {caught.value}"
+    text = f"{caught.type.__name__}: {caught.value}"
+    assert max(map(len, text.split("\n"))) <= LONGEST, text
+    return text
 
 
 def table(names: dict[str, Any]) -> Any:

@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import is_dataclass
 from difflib import get_close_matches
 from functools import cache, wraps
 from types import ModuleType, UnionType
@@ -242,7 +243,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     folded, wanted = {_fold(each): each for each in known}, _fold(name)
     begun = [each for each in folded if wanted and each.startswith(wanted)]
     written = _WORDS.get(wanted, ("", "", ""))[1]
-    close = get_close_matches(wanted, folded, n=1, cutoff=0.6)
+    alike = [each for each in folded if each[:3] == wanted[:3]]  # body and bodies; but not energy and near
+    close = get_close_matches(wanted, folded, n=1, cutoff=0.7) or get_close_matches(wanted, alike, n=1)
     likely = [wanted, *(begun if len(begun) == 1 else []), written, *close]
     return next((folded[each] for each in likely if each in folded), None)
 
@@ -277,7 +279,7 @@ def one_of(name: str, known: Iterable[str]) -> str:
     names = list(known)
     if not names:
         return "nothing here"
-    choice = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
+    choice = printable(f"one of {', '.join(names)}", 300) if len(names) > 1 else names[0]
     meant = nearest(name, names)
     return f"{choice}; did you mean {meant!r}?" if meant else choice
 
@@ -293,11 +295,11 @@ _WRITTEN = {
     "mass = density times area": "density rho",
     "responses: for two kinds restitution, with e": "bounce bounciness elasticity restitution",
     "responses: for two kinds pass": "sensor trigger ghost",
-    "kind": "type species group layer category tag name label",
+    "kind": "type species group layer category tag label",
     "arena = [width, height]": "walls bounds bounding-box box world domain",
     'periodic = "x", "y" or "xy"': "torus wrap pbc boundary",
     "gravity = [gx, gy]": "gravity g acceleration",
-    "until": "duration end-time stop-time",
+    "until, the time of the end": "duration end-time stop-time",
     "corners, anticlockwise": "vertices points outline",
     "disc": "circle ball sphere",
     "box": "rect rectangle square",
@@ -313,11 +315,11 @@ _NOT_MODELLED = {
     "bodies keep their velocity between contacts": "drag damping linear-damping viscosity",
     "bodies act on each other by contacts alone": "joint joints spring springs bonds constraints",
     "each event has its exact time, and there are no steps; run(until=sim.time + dt) runs for dt": "dt "
-    "timestep time-step substeps fps",
+    "timestep time-step substeps",
 }
 
 _WORDS = {
-    word: (begins, text.split(maxsplit=1)[0].rstrip(",:"), text)
+    word: (begins, text.split(maxsplit=1)[0].rstrip(",:") if begins == "write" else "", text)
     for begins, table in (("write", _WRITTEN), ("not modelled", _NOT_MODELLED))
     for text, words in table.items()
     for word in words.split()
@@ -344,6 +346,8 @@ _INSTEAD = {
     "sim.contacts": "collisions hits get-contacts",
     "len(scene), or len(sim.bodies)": "n count num-bodies size",
     "kinetile.view(sim), or kinetile.as_svg(sim)": "plot show render display animate",
+    "sim.run(until=..., observe=[its name]), then sim.observed[its name]": "energy temperature pressure "
+    "momentum msd vacf rates",
 }
 """What is written for attributes that other programs have."""
 
@@ -366,18 +370,24 @@ def no_attribute(owner: object, name: str) -> AttributeError:
         return AttributeError(text)
     meant, near = _MEANT.get(_fold(name)), nearest(name, (each for each in dir(owner) if each[0] != "_"))
     hint = f"; write instead: {meant}" if meant else f"; did you mean {near!r}?" if near else ""
+    if not hint and (word := _WORDS.get(_fold(name), ("", "", "")))[0] == "not modelled":
+        hint = f"; {name!r} is not modelled: {word[2]}"
     return AttributeError(text + hint)
 
 
-def key_of(name: str, known: Iterable[str], value: Any = None) -> str:
+def key_of(name: str, known: Iterable[str], value: Any = None, call: Callable[..., Any] | None = None) -> str:
     """Returns the text after "expected" for a key or an argument that is not known in its place; words of
     other programs, such as force and diameter, are answered with what is written here, or that it is not
-    modelled. A ``value`` that is a table is one around the right keys."""
+    modelled. A ``value`` that is a table is one around the right keys. For an argument of a ``call`` what is
+    written in scenes is said only where it takes a scene, or bodies."""
     names, word = list(known), _fold(name)
     if isinstance(value, Mapping) and names:
         return f"{one_of('', names)}, without a table around"
     begins, target, text = _WORDS.get(word, ("", "", ""))
-    if not begins or any(_fold(each).startswith(word) for each in names):
+    if call is not None and (place := _within(call, name)):
+        return place
+    elsewhere = begins == "write" and call is not None and {target, "scene", "position"}.isdisjoint(names)
+    if not begins or elsewhere or any(_fold(each).startswith(word) for each in names):
         return one_of(name, names)
     where = "" if target in names else " in a scene"
     head = f"for {name!r}{where} write" if begins == "write" else f"{name!r} is not modelled:"
@@ -454,6 +464,17 @@ def _is_one(given: Any, classes: tuple[type, ...]) -> bool:
     return isinstance(given, classes)
 
 
+def _within(call: Callable[..., Any], odd: str) -> str:
+    """Returns where an argument is written that is one of a value that a call takes: of its settings, say."""
+    own, word = inspect.signature(call).parameters, _WORDS.get(_fold(odd), ("", "", ""))[1]
+    meant = set() if nearest(odd, own) else {odd} if "scene" in own else {odd, word}
+    for _, name, classes in _classes_of(call):
+        for each in filter(is_dataclass, classes):
+            for its in meant & inspect.signature(each).parameters.keys():
+                return f"it within {name}: {name}={each.__name__}({its}=...)"
+    return ""
+
+
 def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
     """Returns the first argument that a call does not have, with what to write, or those it lacks; or ""."""
     parameters = inspect.signature(call).parameters
@@ -461,8 +482,10 @@ def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mappi
     takes_all = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
     for odd in kwargs:
         if odd not in known and not takes_all:
-            of_phase = f"; an option of a phase is in options={{{odd!r}: ...}}" if "options" in known else ""
-            return f"has no argument {odd!r}; expected {key_of(odd, known)}{of_phase}"
+            wanted = key_of(odd, known, call=call)
+            if "options" in known and ";" not in wanted:
+                wanted += f"; an option of a phase is in options={{{odd!r}: ...}}"
+            return f"has no argument {odd!r}; expected {wanted}"
     by_place = [each for each in parameters.values() if each.kind <= each.POSITIONAL_OR_KEYWORD]
     if len(args) <= len(by_place):
         needed = [each.name for each in by_place[len(args) :] if each.default is each.empty]

@@ -24,4 +24,12 @@ def without(module, call):
         call()
 
 
+def without_hint(call):
+    """Call, and mark the end of what is said."""
+    try:
+        call()
+    except (AttributeError, kt.errors.BadOption) as error:
+        raise type(error)(f"{error}$") from None
+
+
 test_message = table(globals())

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED, WALLS
 from kinetile.kernel.loop.bookkeeping import ANY, SOME
 from kinetile.kernel.tables import NOBODY, OFFER, record_table
 from kinetile.run.advance import End
@@ -210,7 +210,8 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
     there = int(engine.fields.present[0])
     if not 0 <= number < engine.numbers:
         given = f"numbers up to {engine.numbers - 1}" if engine.numbers else "no numbers"
-        raise IndexError(f"there is no body {shown(number)}: {given} have been given")
+        why = f"that is the {WALLS[number]} wall" if number in WALLS else f"{given} have been given"
+        raise IndexError(f"there is no body {shown(number)}: {why}")
     raise IndexError(f"there is no body {number} now: it has gone, or is still to come; {there} are there")
 
 
@@ -562,6 +563,7 @@ def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
 
 def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
     two = tuple(pair) if isinstance(pair, tuple | list) else ()
+    two = two[::-1] if two[:1] == (WALL,) else two
     if len(two) != 2:
         raise ValueError(
             f"stop_at: a pair is two numbers of bodies, or one and {WALL!r}; found {shown(pair)}"

@@ -164,7 +164,9 @@ class Scene:
         known = [each for each in given._fields if each not in ("obstacles", "until")]
         for name in changes:
             if name not in known:
-                raise BadOption(f"a scene has no {name!r}; expected {key_of(name, known)}")
+                raise BadOption(
+                    f"a scene has no {name!r}; expected {key_of(name, known, call=Scene.__init__)}"
+                )
         if changes.get("shape") is not None:
             given = given._replace(radius=None)
         if "turns" in changes and "commands" not in changes:

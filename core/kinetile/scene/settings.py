@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from kinetile.errors import Mistake
+from kinetile.errors import Mistake, constructed
 from kinetile.kernel.clock import Clock
 from kinetile.scene.checks import is_finite, name_alone, plain, shown
 from kinetile.scene.values import VALUES
 
 
+@constructed
 @dataclass(frozen=True)
 class Settings:
     """Settings of a run in a scene: its phases by name, their options, and its end.

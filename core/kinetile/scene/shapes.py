@@ -189,8 +189,9 @@ def _not_convex(core: Sequence[Place]) -> list[Mistake]:
     edges = [less(corners[(k + 1) % count], corners[k]) for k in range(count)]
     close = [k for k, edge in enumerate(edges) if max(map(abs, edge)) < SMALLEST]
     if close:
-        there = f"{shown(core[close[0]])}, no 2**-200 from the next corner"
-        return [Mistake(f"core[{close[0]}]", there, "corners apart from each other")]
+        how = "no 2**-200 from" if any(edges[close[0]]) else "at the place of"
+        there = f"{shown(core[close[0]])}, {how} the next corner"
+        return [Mistake(f"core[{close[0]}]", there, "corners apart from each other, each once")]
     if count == 2:
         return []
     turns = [cross(edges[k - 1], edges[k]) for k in range(count)]

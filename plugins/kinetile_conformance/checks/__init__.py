@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from kinetile.errors import one_of
 from kinetile_conformance.checks import claims, meetings, runs, side_effects
 from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.strategies import bulk, gallery, kinds, living, shapes, small, swarms, torus
@@ -53,7 +54,7 @@ def check_named(name: str) -> Check:
     for each in CHECKS:
         if each.name == name:
             return each
-    raise ValueError(f"there is no check {name!r}; there are: {', '.join(c.name for c in CHECKS)}")
+    raise ValueError(f"there is no check {name!r}; expected {one_of(name, (c.name for c in CHECKS))}")
 
 
 def most(strategy: Strategy, examples: int) -> int:
