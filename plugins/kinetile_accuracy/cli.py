@@ -224,12 +224,12 @@ def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[An
     from kinetile.instruments import read_with_scene, relabelled
 
     (rows, metadata), its_scene = read_with_scene(path)
+    if relabelled(its_scene, settings=scene.settings) != scene:
+        here = "the one in its metadata is not the one that is given here, with all of its commands"
+        raise BadOption(f"{path} is of another scene: {here}")
     if metadata["answer"] != scene.answer:
         here = f"what is checked here is answer {scene.answer}: its contacts follow other rules"
         raise BadOption(f"{path} is of answer {metadata['answer']}, and {here}")
-    if relabelled(its_scene, settings=scene.settings) != scene:
-        here = "the one in its metadata is not the one that is given here"
-        raise BadOption(f"{path} is of another scene: {here}")
     if end is None and metadata["status"] == "complete":
         reached = metadata["time"]
         end = reached if not len(rows) or reached > rows["time"][-1] else None

@@ -342,7 +342,8 @@ def _malformed(course: Course, found: Line) -> str | None:
     count = len(course.plans)
     for body in (a, max(b, 0)):
         if not 0 <= body < count:
-            return f"there is no body {body}: the scene has {count:,}"
+            wall = "; a wall is written as b, behind the body that meets it" if body in WALLS else ""
+            return f"there is no body {body}: the scene has {count:,}{wall}"
         if not course.present[body] and b != INSERTED:
             return f"body {body} is not there: it is still to come, or has gone"
     if not 0 <= tick < UNIT_TICKS:

@@ -140,6 +140,24 @@ def test_an_event_file_of_another_answer_is_refused(tmp_path, monkeypatch, answe
     assert f"is of answer {answer}, and what is checked here is answer 1" in found.stderr
 
 
+@pytest.mark.small
+@pytest.mark.parametrize(
+    ("by_hand", "answer"),
+    [
+        (lambda sim: sim.set_velocity(0, (0.5, 0.0)), 1),
+        (lambda sim: sim.set_position(0, (1.0, 1.5)), kt.ANSWER),
+        (lambda sim: sim.insert((3.0, 0.5), (0.0, 0.0), 0.1, acceleration=(0.0, -1.0)), kt.ANSWER),
+    ],
+)
+def test_the_answer_of_a_file_was_that_of_the_scene_before_what_is_done_by_hand(tmp_path, by_hand, answer):
+    scene = kt.Scene([(1.0, 1.0)], [(1.0, 0.0)], 0.25, arena=(4.0, 2.0))
+    sim = kt.Simulation(scene, "naive", live=True)
+    with EventRecorder(tmp_path / "events.parquet", scene) as recorder:
+        by_hand(sim)
+        sim.run(until=1.0, recorder=recorder)
+    assert read_events(recorder.path).metadata["answer"] == answer == sim.recorded().answer
+
+
 WITHOUT = """
 import sys
 for name in {names!r}:

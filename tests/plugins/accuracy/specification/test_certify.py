@@ -164,7 +164,7 @@ def test_runs_on_a_clock_of_their_own_and_forged_ones(unit, forged):
         ((0, -1, 1, 2), "a tick is from 0 to"),
         ((0, 5, 25, -1), "there is no body 25: the scene has 25"),
         ((0, 5, 1, 25), "there is no body 25"),
-        ((0, 5, -1, 2), "there is no body -1"),
+        ((0, 5, -1, 2), "there is no body -1: the scene has 25; a wall is written as b, behind the body"),
         ((0, 5, 7, 7), "not in ascending order"),
         ((0, 5, 7, 3), "not in ascending order"),
         ((0, 5, 7, -13), "there is no wall -13"),
