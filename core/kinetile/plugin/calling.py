@@ -7,11 +7,12 @@ from __future__ import annotations
 import sysconfig
 import traceback
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from kinetile.errors import KinetileError, PhaseError, UnknownName
-from kinetile.plugin.registry import registry, sentence
+from kinetile.plugin.registry import defined_at, registry, sentence
 from kinetile.plugin.specs import Kind
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis")
@@ -29,12 +30,12 @@ def described(kind: Kind, name: str) -> str:
         return f"{kind} {name!r}"
 
 
-def place_of(error: BaseException) -> str:
-    """Returns file and line where an error was raised, of the phase's own code if it is involved: NumPy and
-    kinetile raise for a wrong use of an array or the toolbox in a hook."""
+def place_of(error: BaseException, otherwise: str = "") -> str:
+    """Returns file and line where an error was raised, of the phase's own code if it is involved, or else
+    ``otherwise``: NumPy and kinetile raise for a wrong use of an array or the toolbox in a hook."""
     trace = traceback.extract_tb(error.__traceback__)
     frames = [(frame.filename, frame.lineno or 0) for frame in reversed(trace)]
-    return line_of_author(frames) or "".join(map(_behind_a_sentence, frames[:1]))
+    return line_of_author(frames) or otherwise or "".join(map(_behind_a_sentence, frames[:1]))
 
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
@@ -65,6 +66,16 @@ def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Ite
     except (Exception, SystemExit) as error:
         if may_refuse and isinstance(error, KinetileError):
             raise
-        text = f"{described(kind, name)}: {what} raised {sentence(error)}{place_of(error)}"
+        where = place_of(error, _definition(kind, name, what))
+        text = f"{described(kind, name)}: {what} raised {sentence(error)}{where}"
         # contextlib takes an error whose cause is a StopIteration for that StopIteration.
         raise PhaseError(text) from None if isinstance(error, StopIteration) else error
+
+
+def _definition(kind: Kind, name: str, what: str) -> str:
+    """Returns where ``what`` is defined, whose arguments may be other ones, or else ``prepare``."""
+    with suppress(KinetileError):
+        target: Any = registry().target(kind, name)
+        method = "__init__" if what == "its constructor" else what
+        return defined_at(getattr(target, method, getattr(target, "prepare", target)))
+    return ""

@@ -7,7 +7,9 @@ loop, and state. Nothing else of the class is used during a run. Parts are check
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
@@ -16,9 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import PhaseError
-from kinetile.kernel.compiled import Hook, is_hook
+from kinetile.kernel.compiled import Hook, is_hook, python_of
 from kinetile.kernel.loop import idle
 from kinetile.plugin.drawing import Item
+from kinetile.plugin.registry import defined_at
 
 if TYPE_CHECKING:
     from kinetile.scene import Scene
@@ -314,6 +317,11 @@ DRAWN_AS = ("", "tiling", "bounds x", "bounds y", "boxes")
 Parts: TypeAlias = BroadPhaseParts | PairParts | WallParts | ResponseParts
 
 
+def arguments_of(parts: type[Parts]) -> dict[str, str]:
+    """Returns the arguments of hooks and plain functions by name, from the docstring of their parts."""
+    return dict(re.findall(r"``(\w+)\((k[\w, ]+)\)", parts.__doc__ or ""))
+
+
 def check_parts(who: str, parts: Parts) -> None:
     """Raises PhaseError, with all errors, unless the parts can be composed."""
     wrong = list(_mistakes(parts))
@@ -343,11 +351,18 @@ def _mistakes(parts: Parts) -> Iterator[str]:
         beside: Any = parts.beside
         if not isinstance(beside, tuple) or not all(map(is_hook, beside)):
             yield f"beside is {_shown(beside)}; expected a tuple of functions marked with toolbox.hook"
+    arguments = arguments_of(type(parts))
     for each in fields(parts):  # hooks are the fields of type Hook, or Hook | None
         given, wanted = getattr(parts, each.name), str(each.type).split(" | ")
         left_out = given is None and "None" in wanted
         if "Hook" in wanted and not left_out and not is_hook(given):
             yield f"{each.name} is {_shown(given)}; expected a function marked with toolbox.hook"
+        elif (takes := arguments.get(each.name)) and hasattr(function := python_of(given), "__code__"):
+            try:
+                inspect.signature(function).bind(*takes.split(", "))
+            except TypeError:
+                found = f"{inspect.signature(function)}{defined_at(given)}"
+                yield f"{each.name} takes {found}; expected ({takes})"
 
 
 def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:

@@ -15,6 +15,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import metadata
+from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple, get_args
 
 import pluggy
@@ -253,6 +255,8 @@ def installed(group: str = _GROUP) -> list[Installed]:
 
 def offers(plugin: object) -> list[tuple[Kind, Spec]]:
     """Returns all contents of a plugin; raises BadPlugin for invalid hooks."""
+    if isinstance(plugin, type) and any(isinstance(vars(plugin).get(each), FunctionType) for each in _HOOKS):
+        raise BadPlugin(f"{plugin.__name__} is a class; expected an object of it, {plugin.__name__}()")
     manager = pluggy.PluginManager(specs.PROJECT)
     manager.add_hookspecs(specs)
     try:
@@ -272,6 +276,12 @@ def sentence(error: BaseException) -> str:
     """Returns an error's type and message on one line."""
     message = " ".join(str(error).split())
     return f"{type(error).__name__}: {message}" if message else type(error).__name__
+
+
+def defined_at(function: Any) -> str:
+    """Returns file and line of a function, as the end of a message; "" if it has none."""
+    code = getattr(getattr(function, "py_func", function), "__code__", None)
+    return "" if code is None else f" ({Path(code.co_filename).name}, line {code.co_firstlineno})"
 
 
 def _check_hooks(plugin: object, callers: dict[str, pluggy.HookCaller]) -> None:
@@ -296,7 +306,8 @@ def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
     except (BadPlugin, KeyboardInterrupt):
         raise
     except BaseException as error:
-        raise BadPlugin(f"its hook {caller.name} raised {sentence(error)}") from error
+        where = defined_at(caller.get_hookimpls()[0].function)
+        raise BadPlugin(f"its hook {caller.name} raised {sentence(error)}{where}") from error
     if len(answers) < len(caller.get_hookimpls()):  # pluggy leaves out a None
         raise BadPlugin(f"its hook {caller.name} returned nothing; expected {expected}")
     for answer in answers:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooThick, key_of
@@ -35,7 +37,7 @@ from kinetile.plugin.protocols import (
     WallParts,
     check_parts,
 )
-from kinetile.plugin.registry import registry
+from kinetile.plugin.registry import defined_at, registry
 from kinetile.plugin.specs import Kind
 from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
 from kinetile.scene import Insert, Move, Remove, Response, Scene, are_alike
@@ -43,6 +45,11 @@ from kinetile.scene.checks import shown
 from kinetile.scene.responses import ELASTIC, PASS
 from kinetile.scene.values import VALUES
 from kinetile.toolbox.reach import margin_of, skin_at_start
+
+_authors: dict[tuple[str, int], str] = {}
+"""Phases and responses, as messages name them, by the file and the first line of each function of theirs."""
+
+_PLACE = re.compile(r"\(([^()]+), line (\d+)\)")
 
 BUILT_IN = (ELASTIC, PASS)
 
@@ -53,6 +60,11 @@ P = TypeVar("P", bound=Parts)
 Options = Mapping[str, Any]
 Named = Mapping[str, Options]
 """Narrow phases by name, with their options."""
+
+
+def _place(function: Any) -> tuple[str, int]:
+    code = getattr(python_of(function), "__code__", None)
+    return ("", 0) if code is None else (code.co_filename, code.co_firstlineno)
 
 
 @dataclass(frozen=True)
@@ -67,6 +79,12 @@ class Rules:
     passing: bool
     names: tuple[str, ...]
     foreign: Mapping[Callable[..., Any], Callable[..., Any]]
+
+    def named(self, *names: str) -> str:
+        """Returns responses as messages name them, with the lines of other authors; by default all hooks."""
+        lines = {_authors.get(_place(hook)): defined_at(hook) for hook in self.foreign}
+        chosen = [described("response", each) for each in names or self.names if each not in BUILT_IN]
+        return " or ".join(f"{each}{lines.get(each, '')}" for each in chosen)
 
     def parts(self, pair: PairParts | None) -> dict[str, Any]:
         """Returns their values for the templates."""
@@ -228,6 +246,20 @@ class Composition:
         if self.pair is not None:
             who = f"{' and '.join(self.narrow_phases)} do not say how far apart two shapes are (gap)"
         return f"{who}, which decides whether a body of a shape has room: convex does"
+
+    def author_of(self, message: str) -> str:
+        """Returns the phase or response, as messages name it, whose hook is the nearest above the file and
+        line in a message; without one those of other plugins, or the broad phase."""
+        place, own = _PLACE.search(message), described("broad phase", self.broad_phase)
+        theirs = " or ".join(_authors[_place(each)] for each in self.rules.foreign) if self.rules else ""
+        narrow = [described("narrow phase", each) for each in self.narrow_phases]
+        above = [
+            (line, label)
+            for (file, line), label in _authors.items()
+            if place and Path(file).name == Path(place[1]).name and line <= int(place[2])
+            if label in (own, *narrow) or label in theirs
+        ]
+        return max(above)[1] if above else theirs or own
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
@@ -506,6 +538,7 @@ def _prepare(kind: Kind, name: str, options: Options, scene: Scene, wanted: type
     if not isinstance(parts, wanted):
         raise PhaseError(f"{label}: prepare returned {type(parts).__name__}, not {wanted.__name__}{why}")
     check_parts(label, parts)
+    _authors.update({_place(each): label for each in vars(parts).values() if callable(each)})
     return parts
 
 

@@ -195,6 +195,8 @@ class _Observation:
     def sample(self, moment: Moment) -> None:
         with calling("observable", self.name, "sample", may_refuse=False):
             values = self.observable.sample(moment)
+            if not isinstance(values, Mapping):
+                raise TypeError(f"it returned {shown(values)}; expected a dict of numbers by their names")
             read = {quantity: self._read(quantity, value) for quantity, value in values.items()}
         if self.is_series and read and all(value.ndim for value in read.values()):
             raise BadOption(f"observable {self.text!r}: series is of numbers, and this has curves alone")

@@ -125,6 +125,14 @@ def selected(kind: Any, target: str) -> None:
     registry.target(kind, "stripes")
 
 
+class Instance:
+    """Stands for a plugin that was not made."""
+
+    @hookimpl
+    def kinetile_scenes(self) -> Any:
+        return []
+
+
 def fails() -> Any:
     raise ZeroDivisionError("no luck")
 

@@ -43,10 +43,21 @@ class Broken(Watcher):
         raise ZeroDivisionError("no bodies")
 
 
+class Bare(Watcher):
+    def sample(self, moment):
+        return 0.5
+
+
+class Forgetful(Watcher):
+    def sample(self):
+        return {}
+
+
 @pytest.fixture(autouse=True)
 def watchers():
     Watcher.notes = []
-    with registered(*(kt.ObservableSpec(each.__name__.lower(), each) for each in (Watcher, Broken))):
+    made = Watcher, Broken, Bare, Forgetful
+    with registered(*(kt.ObservableSpec(each.__name__.lower(), each) for each in made)):
         yield Watcher.notes
 
 
@@ -239,6 +250,8 @@ def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
     [
         ("watcher:needs=all", "needs is 'all'; expected 'samples', 'contacts' or 'velocities'"),
         ("broken", "observable 'broken' of broken.*sample raised ZeroDivisionError: no bodies"),
+        ("bare", r"'bare' of bare.*it returned 0.5; expected a dict of numbers .*test_observing\.py, line"),
+        ("forgetful", r"of forgetful.*1 positional argument but 2 were given \(test_observing\.py, line"),
     ],
 )
 def test_an_observable_that_does_not_work_is_named(name, text):

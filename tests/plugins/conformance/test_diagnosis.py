@@ -106,7 +106,7 @@ def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
 
 @pytest.mark.small
 def test_what_every_check_would_meet_is_told_once(monkeypatch):
-    text = "PhaseError: a hook of grid, disc, wall raised NameError: name 'fals' is not defined"
+    text = "PhaseError: a hook of broad phase 'grid' raised NameError: name 'fals' is not defined"
     failed = Result("same-contacts", "It gives.", "failed", 1, 0.0, said=text)
     monkeypatch.setattr(IsolatedRunner, "run", lambda runner, name: failed)
     report = check_broad_phase("naive", in_process=True, checks=["same-contacts", "its-features-are-known"])

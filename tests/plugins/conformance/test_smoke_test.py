@@ -90,3 +90,10 @@ def test_the_compiler_is_brief() -> None:
     )
     assert brief(message) == "Unknown attribute 'vz' of type records (mine.py, line 11): n = k.bodies.vz[0]"
     assert brief("no place") == "no place"
+    long = message.replace(
+        "Unknown", "No function >>> f(int64) There are 16 candidates: File: x.py: 9. Unknown"
+    )
+    assert brief(long) == "No function >>> f(int64) (mine.py, line 11): n = k.bodies.vz[0]"
+    assert "is a constant for it" in brief(
+        message.replace("Unknown", "Cannot modify readonly array: Unknown")
+    )

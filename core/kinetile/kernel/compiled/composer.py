@@ -23,6 +23,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from kinetile.errors import printable
 from kinetile.kernel.compiled.fingerprint import fingerprint
 from kinetile.kernel.compiled.hooks import INTERPRETED, hook, is_checked, uncollected
 from kinetile.kernel.compiled.views import wrapping
@@ -326,6 +327,9 @@ def brief(message: str) -> str:
     plain = PLAIN.search(text)
     if plain is not None:
         text = f"{plain['name']} is a plain function, and hooks call only hooks: mark it with toolbox.hook"
+    if "Cannot modify readonly array" in text:
+        text = "a hook changes an array of its module, which is a constant for it: only state can change"
+    text = printable(text.partition(" There are ")[0], 250)
     file, number = PLACE.findall(lines[places[0]])[0]
     return f"{RECORD.sub('records', text)} ({file}, line {number}){_code(lines[places[0] + 1 :])}"
 
@@ -334,7 +338,7 @@ def _code(lines: list[str]) -> str:
     """Returns the line of code above the first caret, after a colon; "" without a caret."""
     for above, line in pairwise(lines):
         if line.strip() == "^":
-            return f": {above.strip()}"
+            return f": {printable(above.strip(), 80)}"
         if not above.strip():
             break
     return ""

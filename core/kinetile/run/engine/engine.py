@@ -58,7 +58,7 @@ from kinetile.kernel.tables import (
     read_only,
     record_table,
 )
-from kinetile.plugin.calling import calling, described, place_of
+from kinetile.plugin.calling import calling, place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
@@ -219,10 +219,6 @@ class Engine(Tables):
         """The first command still to come, of the scene or interactive."""
         return self.agenda.next(self.k, self.clock)
 
-    @property
-    def _phases(self) -> str:
-        return ", ".join([self.composition.broad_phase, *self.composition.narrow_phases])
-
     # Running
 
     def compile(self) -> None:
@@ -235,9 +231,8 @@ class Engine(Tables):
                     if self.commands == Commands.ALL:
                         self._blockers(np.zeros(0, ROWS))
             except NotCompiled as error:
-                who = described("broad phase", self.composition.broad_phase)
-                text = f"the hooks of {self._phases} do not compile together ({who}): {error}"
-                raise PhaseError(text) from error
+                who = self.composition.author_of(str(error))
+                raise PhaseError(f"the hooks of {who} do not compile: {error}") from error
             self.compile_seconds += time.thread_time() - began
             self._ready = True
 
@@ -277,8 +272,8 @@ class Engine(Tables):
         try:
             reason = int(self.enter(until, budget, contacts, quota))
         except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
-            who = described("broad phase", self.composition.broad_phase)
-            text = f"a hook of {self._phases} raised {sentence(error)}{place_of(error)} ({who})"
+            where = place_of(error)
+            text = f"a hook of {self.composition.author_of(where)} raised {sentence(error)}{where}"
             self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {text}")
             self._take_over(before)
             raise self.broken from error
@@ -426,10 +421,12 @@ class Engine(Tables):
         speed = np.hypot(k.bodies.vx[there], k.bodies.vy[there])
         most = float(speed.max(initial=0.0))
         if not most * float(k.clock[0].tick) <= MOST_FLOWN * self.bounds.smallest:
+            rules = self.composition.rules
             body = int(k.queue.number[there[int(np.argmax(np.where(np.isnan(speed), math.inf, speed)))]])
             raise PhaseError(
-                f"at time {self.time!r} a response left body {body} with a speed of {most:.3g}, at which it "
-                "would fly too far in one tick of this scene's clock: give the scene a smaller unit"
+                f"at time {self.time!r} {rules.named() if rules else 'a response'} left body {body} with a "
+                f"speed of {most:.3g}, at which it would fly too far in one tick of this scene's clock: so "
+                "ends one that adds energy at each contact; have it add less, or to slow bodies alone"
             )
         self.lay_out(2.0 * max(most, self.speed))
 

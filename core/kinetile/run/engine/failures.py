@@ -102,6 +102,7 @@ def _missed(composition: Composition, fault: int, other: int, named: str) -> str
 
 
 def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[int, int], named: str) -> str:
+    assert composition.rules is not None
     scene, bodies = composition.prepared, np.array([slot for slot in slots if slot >= 0])
     kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
@@ -114,7 +115,7 @@ def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[
         does = f"says that it is dissipative, and adds energy to {named}"
         right = "it may add none, or not declare that feature"
     return (
-        f"{described('response', response.name)}, for {met}, {does}: the velocities before it are "
+        f"{composition.rules.named(response.name)}, for {met}, {does}: the velocities before it are "
         f"{was.tolist()}, and after it {made.tolist()}; {right}"
     )
 

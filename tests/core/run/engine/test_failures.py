@@ -1,6 +1,7 @@
 """A wrong broad phase is named: each defect ends in its own typed error with a sentence."""
 
 import math
+from dataclasses import fields
 from functools import partial
 from typing import NamedTuple
 
@@ -10,7 +11,8 @@ import pytest
 import broken_phases
 import kinetile as kt
 from kinetile.errors import MissedContactError, PhaseError
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import INTERPRETED, python_of
+from kinetile.plugin.protocols import arguments_of
 from kinetile.run.compose import accepting, compose_phases
 from kinetile.run.simulation import composition_of
 from kinetile.toolbox import (
@@ -18,8 +20,10 @@ from kinetile.toolbox import (
     NEVER,
     BroadPhaseParts,
     Kernel,
+    PairParts,
     Records,
     ResponseParts,
+    WallParts,
     blame,
     closing_speed,
     hook,
@@ -173,6 +177,23 @@ def no_rebound(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -
     two.vy -= theirs * ny
 
 
+@hook
+def takes_five(k, a, b, nx, ny):
+    k.bodies[a].vx = -k.bodies[a].vx
+
+
+@hook
+def misspells(k, a, b, nx, ny, rule):
+    k.bodies[a].vx = -closing  # noqa: F821
+
+
+@hook
+def explodes(k, a, b, nx, ny, rule):
+    one, two = k.bodies[a], k.bodies[b]
+    one.vx, one.vy = -1e30 * nx, -1e30 * ny
+    two.vx, two.vy = 1e30 * nx, 1e30 * ny
+
+
 class Lax:
     def __init__(self, how: str = "nothing") -> None:
         self.how = how
@@ -242,6 +263,38 @@ def test_a_response_is_named_after_commands_and_in_a_run_that_was_saved(tmp_path
             PhaseError, match=r"for 'ball' and 'p', lets bodies 1 and 2 go on .* \[\[0.0, 1.0\]"
         ):
             each.run(until=8.0)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        (takes_five, r"lax .*: respond takes \(k, a, b, nx, ny\){}; expected \(k, a, b, nx, ny, rule\)$"),
+        (misspells, r"^at time 1\.\d+ a hook of response 'lax' of lax .* raised NameError: .*{}$"),
+        (explodes, r"response 'lax' of lax .*{} left body \d with a speed of 1e\+30, .* have it add less"),
+    ],
+)
+def test_a_response_was_blamed_on_the_broad_phase_or_on_nobody(how, said):
+    """One of five arguments was "broad phase 'cells'", in 1,848 letters, where it was compiled."""
+    with pytest.raises(PhaseError, match=said.format(r" \(test_failures\.py, line \d+\)")) as caught:
+        kt.Simulation(lax(*RISING, 0.25, how=how.__name__), "cells").run(until=8.0)
+    assert len(str(caught.value)) < 400
+
+
+def test_what_does_not_compile_is_of_the_hook_above_its_line():
+    composition = compose_phases(lax(*RISING, 0.25, how="slows"), "cells", None, None)
+    line = python_of(slows).__code__.co_firstlineno + 5
+    found = composition.author_of(f"No conversion from a to b (tests/core/test_failures.py, line {line}): x")
+    assert found.startswith("response 'lax' of lax (")
+    assert composition.author_of("no place").startswith("response 'lax' of lax (")
+    plain = compose_phases(kt.make_scene("two-discs"), "cells", None, None)
+    assert plain.author_of("no place").startswith("broad phase 'cells' of ")
+
+
+def test_all_hooks_have_their_arguments_in_the_docstring_of_their_parts():
+    for parts in (BroadPhaseParts, PairParts, WallParts, ResponseParts):
+        hooks = {each.name for each in fields(parts) if str(each.type).startswith("Hook")}
+        assert hooks - {*arguments_of(parts)} == set()
 
 
 def test_what_rounding_leaves_two_bodies_to_close_in_with_is_no_fault():
