@@ -1,5 +1,5 @@
 """The commands about plugins: ``kinetile plugins`` and ``scenes`` list what can be chosen by name, and
-``new-plugin`` writes a package with a broad phase to begin with."""
+``new-plugin`` writes a package to begin with."""
 
 from __future__ import annotations
 
@@ -139,17 +139,18 @@ def _default(parameter: Mapping[str, Any]) -> str:
 
 
 def new_plugin(
-    name: Annotated[str, argument("The name of the broad phase.", "NAME")],
+    name: Annotated[str, argument("The name of what it brings.", "NAME")],
+    kind: Annotated[str, option("A broad-phase, response, observable or recipe.", "KIND")] = "broad-phase",
     into: Annotated[Path, option("The folder to write the package into.", "DIR")] = Path(),
 ) -> None:
-    """Write a package with a broad phase that works, to begin your own with.
+    """Write a package with a broad phase, or another plugin, that works, to begin your own with.
 
     For example: kinetile new-plugin stripes --into plugins
     """
     from kinetile.plugin.new_plugin import new_plugin as write_package
 
-    folder = write_package(name, into)
+    folder = write_package(name, into, kind)
     written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
     echo(f"{folder}: {', '.join(written)}")
-    echo("to make its broad phase known here, and judge it:")
+    echo("to make it known here, and test it:")
     echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")

@@ -1,5 +1,6 @@
-"""New plugins: a complete package with a working broad phase, to be changed into one's own. The texts are in
-``templates/``, with ``$name``, ``$package`` and ``$distribution`` in place of the plugin's names."""
+"""New plugins: a complete package with a broad phase, a response, an observable or a recipe that works, to be
+changed into one's own. The texts are in ``templates/``, with ``$name``, ``$package`` and others in place of
+the plugin's names."""
 
 from __future__ import annotations
 
@@ -7,23 +8,36 @@ import os
 import re
 from collections.abc import Mapping
 from datetime import date
-from importlib.metadata import version
+from importlib.metadata import distribution, version
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import rmtree
 from string import Template
 
-from kinetile.errors import BadOption
-from kinetile.plugin.registry import registry
+from kinetile.errors import BadOption, one_of
+from kinetile.plugin.registry import hook_of, registry
+from kinetile.plugin.specs import Kind
 from kinetile.targets import write_file
 
+_KINDS: dict[str, tuple[Kind, str, str]] = {
+    "phase": ("broad phase", "bodies on leashes; near are those whose leashes meet", "conform {}"),
+    "response": ("response", "elastic, but for a part of the speed", "conform naive --response {}"),
+    "observable": ("observable", "the mean speed", "run grid --observe {}"),
+    "recipe": ("scene", "discs in a row, the first of which moves", "run {}"),
+}
+"""What can be written, by its module: its kind in the registry, its summary, and a command that uses it."""
 
-def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
+KINDS = ("broad-phase", *[*_KINDS][1:])
+
+
+def new_plugin(name: str, into: str | os.PathLike[str] = ".", kind: str = "broad-phase") -> Path:
     """Writes the package kinetile-NAME into an existing folder, and returns the package's own folder.
-    ``name`` is that of the broad phase: letters, digits and dashes, others folded. Raises BadOption where it
-    is invalid or taken, there is no such folder, or its own is there already."""
-    words, into = _words(name), Path(into)
+    ``name`` is that of what it brings, of a ``kind`` of ``KINDS``: letters, digits and dashes, others folded.
+    Raises BadOption where one is invalid or taken, there is no such folder, or its own is there already."""
+    if kind not in KINDS:
+        raise BadOption(f"kind is {kind!r}; expected {one_of(str(kind), KINDS)}")
+    words, into = _words(name, kind.rpartition("-")[2]), Path(into)
     if not os.path.isdir(into):
         raise BadOption(f"there is no folder {str(into)!r} to write {words['distribution']} into")
     folder = into / words["distribution"]
@@ -43,7 +57,8 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".") -> Path:
     return folder
 
 
-def _words(name: str) -> dict[str, str]:
+def _words(name: str, module: str) -> dict[str, str]:
+    kind, summary, use = _KINDS[module]
     folded = re.sub(r"[-_]+", "-", name.strip().lower())
     stem = folded.replace("-", "_")
     if not (stem.isascii() and stem.isidentifier() and stem.strip("_") == stem):
@@ -52,8 +67,8 @@ def _words(name: str) -> dict[str, str]:
             "expected letters, digits and dashes, a letter first, such as sorted-cells"
         )
     for each in registry():
-        if each.kind == "broad phase" and folded in (each.spec.name, *each.spec.aliases):
-            raise BadOption(f"{each.source} already provides broad phase {folded!r}; choose another name")
+        if each.kind == kind and folded in (each.spec.name, *each.spec.aliases):
+            raise BadOption(f"{each.source} already provides {kind} {folded!r}; choose another name")
     package = f"kinetile_{stem}"
     if find_spec(package) is not None:
         raise BadOption(f"there is a package {package} already; choose another name than {folded!r}")
@@ -61,10 +76,17 @@ def _words(name: str) -> dict[str, str]:
         "name": folded,
         "distribution": f"kinetile-{folded}",
         "package": package,
-        "class_name": "".join(word.capitalize() for word in stem.split("_")) + "Phase",
+        "what": "recipe" if kind == "scene" else kind,
+        "module": module,
+        "target": "recipe" if kind == "scene" else f"{stem.title().replace('_', '')}{module.capitalize()}",
+        "summary": summary,
+        "use": use.format(folded),
+        "judged": f'"{folded}"' if module == "phase" else f'"naive", response="{folded}"',
+        "scene": folded if kind == "scene" else "two-discs",
+        "observable": folded if kind == "observable" else "energy",
+        **dict(zip(("hook", "spec"), hook_of(kind), strict=True)),
         "key": stem,
         "version": version("kinetile"),
-        "year": str(date.today().year),
     }
 
 
@@ -75,12 +97,15 @@ def _contents(words: Mapping[str, str]) -> dict[str, str]:
     def filled(template: str) -> str:
         return Template(text_of(template)).substitute(words)
 
+    package, module, ours = words["package"], words["module"], distribution("kinetile")
+    owner = f"Copyright (c) {date.today().year} The authors of {words['distribution']}"
+    test = "test_conformance" if module in ("phase", "response") else "test_run"
     return {
         "pyproject.toml": filled("pyproject"),
         "README.md": filled("readme"),
-        "LICENSE": filled("license"),
-        f"{words['package']}/__init__.py": filled("init"),
-        f"{words['package']}/phase.py": text_of("phase").replace("TemplatePhase", words["class_name"]),
-        f"{words['package']}/py.typed": "",
-        "tests/test_conformance.py": filled("test_conformance"),
+        "LICENSE": re.sub("Copyright .*", owner, ours.read_text("licenses/LICENSE") or "Copyright "),
+        f"{package}/__init__.py": filled("init"),
+        f"{package}/{module}.py": text_of(module).replace(f"Template{module.capitalize()}", words["target"]),
+        f"{package}/py.typed": "",
+        f"tests/{test}.py": filled(test),
     }

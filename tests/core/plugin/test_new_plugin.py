@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -9,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
+import kinetile as kt
 from command_line import kinetile, refused
 from installing import run
 from kinetile.plugin.new_plugin import new_plugin
 from messages import table
+from registering import registered
 
 
 def text(folder: Path, name: str) -> str:
@@ -29,7 +32,7 @@ def test_a_complete_package_is_written(tmp_path):
     assert project["name"] == "kinetile-sorted-cells"
     assert project["entry-points"]["kinetile"] == {"sorted_cells": "kinetile_sorted_cells"}
     assert project["optional-dependencies"]["test"] == ["kinetile[conformance]"]
-    assert '"sorted-cells", "kinetile_sorted_cells.phase:SortedCellsPhase"' in text(
+    assert '= "kinetile_sorted_cells.phase:SortedCellsPhase", ' in text(
         folder, "kinetile_sorted_cells/__init__.py"
     )
     assert "\nclass SortedCellsPhase:\n" in text(folder, "kinetile_sorted_cells/phase.py")
@@ -50,10 +53,33 @@ def test_the_command_says_what_to_do_next(tmp_path, monkeypatch):
     refused("new-plugin demo --into", tmp_path / "nowhere")
 
 
-def nothing_written(name: str) -> None:
+@pytest.mark.small
+@pytest.mark.parametrize("kind", ["response", "observable", "recipe"])
+def test_a_broad_phase_was_all_that_could_be_begun_with(kind, tmp_path, monkeypatch):
+    name = f"trial-{kind}"
+    folder = new_plugin(name, tmp_path, kind)
+    assert not [each for each in folder.rglob("*.*") if re.search(r"Template|\$\w", text(folder, each))]
+    monkeypatch.syspath_prepend(str(folder))
+    with registered(importlib.import_module(f"kinetile_trial_{kind}")):
+        if kind != "response":
+            runpy.run_path(str(folder / "tests/test_run.py"))["test_all_broad_phases_agree"]()
+            return
+        begun = kt.make_scene("grid", bodies=9)
+        kept = []
+        for left in (1.0, 0.5):
+            scene = begun.replace(responses=kt.Response(name, left=left))
+            assert kt.compare(scene, ["naive", "cells"], until=2.0).identical
+            sim = kt.Simulation(scene, "naive")
+            sim.run(until=2.0)
+            kept.append((sim.velocities() ** 2).sum() / (begun.velocity**2).sum())
+        assert kept[0] == pytest.approx(1.0, rel=1e-12)
+        assert kept[1] < 0.9
+
+
+def nothing_written(name: str, kind: str = "broad-phase") -> None:
     Path("kinetile-demo").mkdir()
     try:
-        new_plugin(name, Path())
+        new_plugin(name, Path(), kind)
     finally:
         assert [*Path().rglob("*")] == [Path("kinetile-demo")]
 
