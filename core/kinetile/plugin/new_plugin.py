@@ -16,7 +16,7 @@ from shutil import rmtree
 from string import Template
 
 from kinetile.errors import BadOption, one_of
-from kinetile.plugin.registry import hook_of, registry
+from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
 from kinetile.targets import write_file
 
@@ -84,7 +84,8 @@ def _words(name: str, module: str) -> dict[str, str]:
         "judged": f'"{folded}"' if module == "phase" else f'"naive", response="{folded}"',
         "scene": folded if kind == "scene" else "two-discs",
         "observable": folded if kind == "observable" else "energy",
-        **dict(zip(("hook", "spec"), hook_of(kind), strict=True)),
+        "hook": f"kinetile_{kind.replace(' ', '_')}s",
+        "spec": f"{kind.title().replace(' ', '')}Spec",
         "key": stem,
         "version": version("kinetile"),
     }

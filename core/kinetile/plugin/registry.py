@@ -239,11 +239,6 @@ _HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
 }
 
 
-def hook_of(kind: Kind) -> tuple[str, str]:
-    """Returns the names of the hook and of the class of specs of a kind."""
-    return next((hook, spec.__name__) for hook, (each, spec) in _HOOKS.items() if each == kind)
-
-
 class Installed(NamedTuple):
     """A plugin, "<distribution>:<entry point>", that is installed but not loaded, and its distribution."""
 
