@@ -90,15 +90,14 @@ def test_a_fault_of_an_engine_in_cpp_was_not_found_on_a_torus(fault, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.small
+@pytest.mark.own_loop
 @needs_cc
 def test_every_default_check_and_scene_is_judged(tmp_path, monkeypatch):
-    """``conform`` and ``judge`` without ``--check``, of an engine in C, and of one that takes all scenes."""
+    """``conform`` and ``judge`` without ``--check``, of an engine in C."""
     monkeypatch.chdir(tmp_path)
-    second = shlex.join([program("node"), str(HERE.parent / "second" / "pipe.js")])
-    for command, unseen in ((compiled(tmp_path), True), (second, False)):
-        result = kinetile("conform --examples 3 --command", command, code=0)
-        assert ("responses: no such line" in result.stdout) == unseen
+    command = compiled(tmp_path, "-O2")
+    result = kinetile("conform --examples 3 --scene-seconds 120 --command", command, code=0)
+    assert "commands, responses: no such line was answered" in result.stdout
     kinetile("judge --examples 1 --repeats 1 --command", command, code=0)
 
 
@@ -145,8 +144,9 @@ def test_what_an_engine_refuses_by_its_key_is_not_sent_again(tmp_path):
 def test_the_second_implementation_conforms():
     script = HERE.parent / "second" / "pipe.js"
     command = shlex.join([program("node"), str(script)])
-    report = check_engine(command, examples=3, checks=[*SMALL, *OF_SHAPES])
-    assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 5
+    checks = [*SMALL, *OF_SHAPES, "same-contacts-with-responses"]
+    report = check_engine(command, examples=3, checks=checks)
+    assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 6
 
 
 FAULTS = {
