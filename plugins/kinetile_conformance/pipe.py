@@ -158,8 +158,7 @@ class EngineReport(Report):
 
 
 class _EngineRun(CheckRun):
-    """An engine under one check. Its cases are those of a question; ``asked`` has the keys of lines that it
-    has answered."""
+    """An engine under one check, on cases of a question. ``asked`` has the keys of lines that it answered."""
 
     failures = (Disagreement,)  # any other error is one of the engine's protocol, or of the kit
 
@@ -175,8 +174,7 @@ class _EngineRun(CheckRun):
         self.lines = 0
 
     def look(self, case: Any) -> None:
-        """Raises Disagreement unless the engine's answers to the lines of a case, without what it refuses by
-        their keys, are right."""
+        """Raises Disagreement unless the answers to a case, without keys that are refused, are right."""
         case = without(case, self.engine.refused)
         for exchange in self.question.exchanges(case):
             try:

@@ -55,9 +55,6 @@ precision does not tell."""
 DISTURBED, CASTS, FAR = 1000.0, 20, 2
 """Which part of the distance a disturbance has; pairs of a scene that are cast, and those that are far."""
 
-SWARM, FEW = 400, 16
-"""Bodies of a scene at most, for times within a distance: of more, on lattices, the first few are sent."""
-
 NOTHING = np.zeros((0, 4))
 Row = tuple[float, ...]
 """A contact of an answer: epoch, tick, a, b, or, where times are compared, time, a, b."""
@@ -149,8 +146,8 @@ class Contacts(Question):
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yields the scene."""
-        if self.within is not None:  # where one tie ends the comparison of all, fewer bodies have fewer
-            scene = only_bodies(scene, np.arange(FEW)) if len(scene) > SWARM else scene
+        if self.within is not None:  # one tie ends the comparison of all: of lattices the first few are sent
+            scene = only_bodies(scene, np.arange(16)) if len(scene) > 400 else scene
             scene = resized(scene, 1.0 - self.within)
         yield scene
 
@@ -237,13 +234,9 @@ def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -
             text = told(f"contact {at}", mine, theirs, _contact)
             if mine and theirs and mine[2:] == theirs[2:]:
                 ticks = (int(mine[0] - theirs[0]) << UNIT_BITS) + int(mine[1] - theirs[1])
-                text += _off(math.ldexp(ticks, -UNIT_BITS - unit_bits(scene)))
+                text += f", off by {math.ldexp(abs(ticks), -UNIT_BITS - unit_bits(scene)):.2g}"
             return f"{text}\n{judged}" if judged else text
     return None
-
-
-def _off(by: float) -> str:
-    return f", off by {abs(by):.2g}"
 
 
 def _contact(row: Row) -> str:
@@ -278,7 +271,8 @@ def parting(
             if one is None or other is None or not near(one[0], other[0]):
                 first = min(row[0] for row in (one, other) if row is not None)
                 text = told(f"contact {k if one is None else at}", one, other, _contact)
-                wrong.append((first, text + _off(one[0] - other[0]) if one and other else text))
+                text += f", off by {abs(one[0] - other[0]):.2g}" if one and other else ""
+                wrong.append((first, text))
                 break
     return min((each for each in wrong if each[0] < end), default=None)
 
@@ -466,7 +460,7 @@ class Casts(Question):
                 last = end if late is None else min(late, end)
                 after = early is not None and (early <= time or near(time, early))
                 is_right = after and (time <= last or near(time, last))
-            by = "" if None in (right, time) else _off(cast(float, time) - cast(float, right))
+            by = "" if right is None or time is None else f", off by {abs(time - right):.2g}"
             return None if is_right else f"they meet {_when(right)}, and the engine says {_when(time)}{by}"
 
         tables = _tables(case)

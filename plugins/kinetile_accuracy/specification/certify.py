@@ -278,12 +278,9 @@ def certify_log(
 
 def _as_rows(contacts: NDArray[Any] | Sequence[Any], names: list[str]) -> NDArray[Any]:
     """Returns a list of contacts, of whatever form, as an array with these fields, or more."""
-    if (
-        isinstance(contacts, np.ndarray)
-        and {*names} <= {*(contacts.dtype.names or ())}
-        and contacts.ndim == 1
-    ):
-        return contacts
+    known = contacts.dtype.names if isinstance(contacts, np.ndarray) and contacts.ndim == 1 else None
+    if known and {*names} <= {*known}:
+        return np.asarray(contacts)
     kinds: list[Any] = [float if name == "time" else operator.index for name in names]
     try:
         rows: list[Any] = [row[names].item() if isinstance(row, np.void) else row for row in contacts]
