@@ -38,6 +38,7 @@ _C = '#include <math.h>\n#include <stdio.h>\nint main(void) { return puts("it ru
 
 TRIALS = {
     "cc": Trial(("cc",), ("-x", "c", "-o", OUT, "-", "-lm"), _C),
+    "c++": Trial(("c++",), ("-x", "c++", "-o", OUT, "-", "-lm"), _C),
     "chromium": Trial(("chromium", "chromium-browser", "google-chrome"), ("--version",), answer="Chrom"),
     "node": Trial(("node",), ("-",), "console.log('it runs')"),
     "npm": Trial(("npm",), ("--version",), answer="."),

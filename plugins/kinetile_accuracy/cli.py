@@ -174,6 +174,9 @@ def certify_log(
         ),
     ] = None,
     max_contacts: cli.MaxContacts = None,
+    within: Annotated[
+        float | None, cli.option("Lines are 'time a b', and times are right within this distance.", "D")
+    ] = None,
     json: cli.Json = False,
 ) -> None:
     """Check a list of contacts by the specification; exit code 1, and the first line that is wrong.
@@ -181,7 +184,7 @@ def certify_log(
     For example: kinetile certify-log random contacts.txt --until 1
     """
     this_scene = cli.find_scene(scene, parameters)
-    certifier = _certifier(log, this_scene, until, max_contacts)
+    certifier = _certifier(log, this_scene, until, max_contacts, within)
     with Bar("certifying") as bar:
 
         def progress(state: LogProgress) -> None:
@@ -198,13 +201,24 @@ def certify_log(
         raise typer.Exit(DIFFERENT)
 
 
-def _certifier(log: str, scene: Scene, until: float | None, max_contacts: int | None) -> LogCertifier:
+def _certifier(
+    log: str, scene: Scene, until: float | None, max_contacts: int | None, within: float | None
+) -> LogCertifier:
+    import numpy as np
+
     from kinetile.instruments import SIGNATURE, open_regular, read_contacts
     from kinetile_accuracy.specification.certify import LogCertifier
 
     end = cli.until_or_default(scene, until, max_contacts)
     fingerprint: str | None = None
     with file_errors(f"the log {log!r} cannot be read"):
+        if within is not None:
+            lines = sys.stdin if log == "-" else open_regular(log)
+            try:
+                timed = np.loadtxt(lines, [("time", "f8"), ("a", "i8"), ("b", "i8")], ndmin=1)
+            except ValueError as error:
+                raise BadOption(f"{log}: {error}; expected lines 'time a b'") from error
+            return LogCertifier(scene, timed, end, max_contacts=max_contacts, within=within)
         if log == "-":
             rows, fingerprint = read_contacts(sys.stdin, "standard input")
         else:
@@ -244,7 +258,7 @@ def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -
         echo(as_json(result | report.as_dict()))
         return
     echo(f"{'standard input' if log == '-' else log}: {report}")
-    if report.right:
+    if report.right and report.fingerprint:
         echo(f"answer {scene.answer}, fingerprint {report.fingerprint}")
 
 

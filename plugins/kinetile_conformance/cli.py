@@ -263,7 +263,7 @@ def judge(
     """Judge broad phases and programs, measure them on a dozen scenes, and write one page about all; exit
     codes are those of `conform`.
 
-    For example: kinetile judge cells sap-1d --out judged.html
+    For example: kinetile judge cells sap-1d --out judged
     """
     if not (phases or command):
         raise BadOption("expected the NAME of a broad phase, or --command CMD, or several of both")

@@ -86,7 +86,8 @@ class Judged:
             return "cannot be judged"
         if self.report.failed:
             return "the reference is in doubt" if self.report.in_doubt else "does not conform"
-        return "conforms" if self.done and self.report.ok and self.report.results else "not judged"
+        conforms = self.done and self.report.ok and self.report.results
+        return f"conforms{self.report.limits}" if conforms else "not judged"
 
 
 @dataclass

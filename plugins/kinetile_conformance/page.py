@@ -40,7 +40,7 @@ def page(of: Judgement, command: str) -> str:
 
 def _marked(status: str, text: str) -> str:
     good, open_ = ("passed", "conforms"), ("skipped", "not judged")
-    return f"{'✓' if status in good else '–' if status in open_ else '✗'} {text}"
+    return f"{'✓' if status.startswith(good) else '–' if status in open_ else '✗'} {text}"
 
 
 def _number(value: float | None) -> str:

@@ -26,7 +26,7 @@ from kinetile_conformance.checks.check import Check, Disagreement, Observation
 from kinetile_conformance.deadline import spent
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.processes import Program
-from kinetile_conformance.questions import QUESTIONS, Exchange, Question
+from kinetile_conformance.questions import LEAST_SHARE, QUESTIONS, Exchange, Question, without
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
 from kinetile_conformance.runner import REDUCING, CheckRun, OnScene, Plan
 
@@ -67,6 +67,7 @@ class Engine(AbstractContextManager["Engine"]):
 
     def __init__(self, command: str, seconds: float = SECONDS) -> None:
         self.command = command
+        self.refused: set[str] = set()
         self._seconds = seconds
         self.start()
 
@@ -85,7 +86,7 @@ class Engine(AbstractContextManager["Engine"]):
         self.program.end()
 
     def answer(self, exchange: Exchange) -> Any:
-        """Returns the value of an engine's answer to a line, or as a string why it refuses it."""
+        """Returns the value of an engine's answer to a line, or why it refuses it, as ``Form.read`` does."""
         self.program.send(exchange.line)
         try:
             line: bytes = self.program.came.get(timeout=self._seconds) or b""
@@ -121,7 +122,8 @@ class EngineReport(Report):
         """Returns the report, fit for JSON."""
         of_phases = ("broad_phase", "options", "narrow_phases", "response", "distribution")
         kept = {key: value for key, value in super().as_dict().items() if key not in of_phases}
-        return {"command": self.subject.name, "asked": self.asked, "within": self.within} | kept
+        how = {"asked": self.asked, "within": self.within, "untried": self.untried}
+        return {"command": self.subject.name} | how | kept
 
     @property
     def not_judged(self) -> str:
@@ -129,6 +131,17 @@ class EngineReport(Report):
         if self.results and all(result.status == "skipped" for result in self.results):
             return "it refuses every scene"
         return super().not_judged
+
+    @property
+    def untried(self) -> list[str]:
+        """The keys of scenes, or of lines, of which the engine has answered none."""
+        tried = {key for result in self.results for key in result.asked}
+        return [key for key in QUESTIONS[self.asked].keys if key not in tried]
+
+    @property
+    def limits(self) -> str:
+        """What the verdict does not cover."""
+        return f", but for {', '.join(self.untried)}: no such line was answered" if self.untried else ""
 
     @property
     def head(self) -> str:
@@ -145,9 +158,9 @@ class EngineReport(Report):
 
 
 class _EngineRun(CheckRun):
-    """An engine under one check. Its cases are those of a question."""
+    """An engine under one check, on cases of a question. ``asked`` has the keys of lines that it answered."""
 
-    fatal = (EngineError,)
+    failures = (Disagreement,)  # any other error is one of the engine's protocol, or of the kit
 
     def __init__(self, each: Check, engine: Engine, question: Question, on_scene: OnScene) -> None:
         super().__init__(
@@ -157,17 +170,27 @@ class _EngineRun(CheckRun):
         self.question = question
         self.wrong: Any = None
         self.found: Any = None
+        self.asked: dict[str, None] = {}
+        self.lines = 0
 
     def look(self, case: Any) -> None:
-        """Raises Disagreement unless the engine's answers to the lines of a case are right."""
+        """Raises Disagreement unless the answers to a case, without keys that are refused, are right."""
+        case = without(case, self.engine.refused)
         for exchange in self.question.exchanges(case):
             try:
                 found = self.engine.answer(exchange)
             except EngineError:
                 self.wrong, self.found = exchange, None
                 raise
+            if isinstance(found, tuple):
+                self.engine.refused |= {*found}
+                if without(case, found) != case:
+                    return self.look(case)
+                found = f"it has {' or '.join(found)}"
             if isinstance(found, str):
                 raise Refused(found)
+            self.lines += 1
+            self.asked |= {key: None for key in self.question.keys if f'"{key}":'.encode() in exchange.line}
             text = exchange.judge(found)
             if text is not None:
                 self.wrong, self.found = exchange, {exchange.form.key: found}
@@ -243,7 +266,7 @@ class EngineRunner:
             folder = plan.save_to if run.wrong else None
             where = f"; the scene is saved: {run.saved(str(error), folder)}" if folder else ""
             raise EngineError(f"{error} ({name}, scene {run.count}{where})") from error
-        result = Result(name, each.sentence, "passed", run.count, spent() - began)
+        result = Result(name, each.sentence, "passed", run.count, spent() - began, asked=(*run.asked,))
         if run.message is not None:
             case = run.saved(run.message, plan.save_to) if plan.save_to else None
             return replace(result, status="failed", said=run.message, bodies=len(run.wrong.case), case=case)
@@ -251,5 +274,10 @@ class EngineRunner:
             whole = run.refused == run.count
             reason = f"it refuses {run.refused} of {run.count} scenes, such as: {run.refusal}"
             result = replace(result, status="skipped" if whole else "passed", reason=reason)
-        sums = question.sums
-        return replace(result, said=question.told.format(*sums)) if any(sums) else result
+        some, of = question.sums
+        share = some / of if of and self._asked == "contacts" else float(run.lines > 0)
+        result = replace(result, said=question.told.format(some, of, share)) if of else result
+        if run.refused < run.count and share < LEAST_SHARE:
+            reason = f"less than {LEAST_SHARE:.0%} of its contacts could be compared"
+            result = replace(result, status="not judged", reason=reason)
+        return result

@@ -10,7 +10,7 @@ import math
 import tomllib
 from abc import ABC, abstractmethod
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -35,14 +35,22 @@ from kinetile_conformance.drawing import leave_out, minimised, reduced
 from kinetile_conformance.strategies.changes import ended_at, only_bodies
 from kinetile_conformance.strategies.shapes import scaled
 
+LEAST_SHARE = 0.01
+"""The share of contacts that must be compared within a distance: with less a check is not judged."""
+
+WITHOUT: dict[str, Any] = {"responses": {}, "commands": (), "turns": (), "mass": 1.0}
+"""Keys that an engine may refuse by name, and their values in a scene without them."""
+
 SHORTENINGS, MOMENTS = 20, 12
 """How often a scene with too many contacts is shortened; moments of a scene at which pairs are asked."""
 
 FORESEEN = 1000.0
 """Time units of a cast at most: a contact is foreseen up to 1,024 after the later anchor."""
 
-GROWTH = (1.0, 2.0)
-"""How many times as large a body is in a case: those that are twice as large overlap."""
+VIEWS, NEARBY = ((1.0, 0.0), (2.0, 0.0), (1.0 + 2.0**-30, 1.0 / 3.0)), 1024.0
+"""How many times as large a body is in a case, and by what part of the largest all are moved if they are so
+many radii from the origin at most: twice as large they overlap; what touches overlaps by 1e-9, which single
+precision does not tell."""
 
 DISTURBED, CASTS, FAR = 1000.0, 20, 2
 """Which part of the distance a disturbance has; pairs of a scene that are cast, and those that are far."""
@@ -68,12 +76,12 @@ class Form(NamedTuple):
     @classmethod
     def of(cls, key: str, shown: str, kind: Any) -> Form:
         """Returns the form of answers whose value is of a type."""
-        fields: dict[str, Any] = {key: (kind, None), "refused": (str, "")}
+        fields: dict[str, Any] = {key: (kind, None), "refused": (str | tuple[str, ...], "")}
         config = ConfigDict(extra="forbid", strict=True)
         return cls(key, shown, create_model("Answer", __config__=config, **fields))
 
     def read(self, line: bytes) -> Any:
-        """Returns the value of an answer, or, as a string, its refusal; raises ValueError for none."""
+        """Returns the value of an answer, or its refusal: a string or a tuple; raises ValueError for none."""
         try:
             found = self.model.model_validate_json(line)
         except ValidationError as error:
@@ -97,9 +105,11 @@ class Exchange(NamedTuple):
 
 class Question(ABC):
     """What an engine is asked. ``within`` is the distance within which times are right, where there is one,
-    and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words."""
+    and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words, and ``keys``
+    are those that a line may have, each of which is something that an engine can do."""
 
     told = ""
+    keys: tuple[str, ...] = ("periodic", "gravity", "shapes")
 
     def __init__(self, within: float | None = None, most: int = CONTACTS) -> None:
         self.within = within
@@ -131,11 +141,15 @@ class Contacts(Question):
     drawn: where they touch at the start, or slide along each other, none could be disturbed.
     """
 
-    told = "{:,} of {:,} contacts compared, before errors have grown"
+    told = "{:,} of {:,} contacts compared ({:.0%}), before errors have grown"
+    keys = ("arena", "mass", *Question.keys, "turns", "commands", "responses")
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yields the scene."""
-        yield scene if self.within is None else resized(scene, 1.0 - self.within)
+        if self.within is not None:  # one tie ends the comparison of all: of lattices the first few are sent
+            scene = only_bodies(scene, np.arange(16)) if len(scene) > 400 else scene
+            scene = resized(scene, 1.0 - self.within)
+        yield scene
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
         """Yields the scene, ended before it has too many contacts, if it can be, and can be disturbed."""
@@ -165,11 +179,31 @@ TIMED_CONTACTS = Form.of("contacts", "[[time, a, b], ...]", list[tuple[Finite, B
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
+    """Returns what is sent of a scene: without rules for kinds that no body has, which are for the kit's own
+    loops, and without kinds where no rule is left."""
     tables = tomllib.loads(dumps_scene(scene))
-    for body in tables.get("bodies", ()):
-        if body.get("mass") == math.inf:
-            body["mass"] = "inf"
+    commands = tables.get("commands", ())
+    rows = [*tables.get("bodies", ()), *(each["insert"] for each in commands if "insert" in each)]
+    held = {each["kind"] for each in (*rows, *commands) if "kind" in each} | {"*", "wall"}
+    rules = [rule for rule in tables.pop("responses", ()) if held.issuperset(rule.get("between", ()))]
+    if rules:
+        tables["responses"] = rules
+    elif not any("set-kind" in each for each in commands):
+        tables.pop("kinds", None)
+        for row in rows:
+            row.pop("kind", None)
+    for row in rows:
+        if row.get("mass") == math.inf:
+            row["mass"] = "inf"
     return tables
+
+
+def without(case: Any, keys: Collection[str]) -> Any:
+    """Returns a case without what an engine has refused by these keys, as far as there is such a scene."""
+    for key in WITHOUT.keys() & keys if isinstance(case, Scene) else ():
+        with suppress(SceneError):
+            case = case.replace(**{key: WITHOUT[key]})
+    return case
 
 
 def _line(value: object) -> bytes:
@@ -198,6 +232,9 @@ def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -
             lists = {"the engine": np.array(found, right.dtype), REFERENCE: right}
             judged = explain_difference(scene, lists, at) if len(scene) <= JUDGED else ""
             text = told(f"contact {at}", mine, theirs, _contact)
+            if mine and theirs and mine[2:] == theirs[2:]:
+                ticks = (int(mine[0] - theirs[0]) << UNIT_BITS) + int(mine[1] - theirs[1])
+                text += f", off by {math.ldexp(abs(ticks), -UNIT_BITS - unit_bits(scene)):.2g}"
             return f"{text}\n{judged}" if judged else text
     return None
 
@@ -233,8 +270,9 @@ def parting(
         for (at, one), (k, other) in zip_longest(mine, theirs, fillvalue=(-1, None)):
             if one is None or other is None or not near(one[0], other[0]):
                 first = min(row[0] for row in (one, other) if row is not None)
-                place = f"contact {k if one is None else at}"
-                wrong.append((first, told(place, one, other, _contact)))
+                text = told(f"contact {k if one is None else at}", one, other, _contact)
+                text += f", off by {abs(one[0] - other[0]):.2g}" if one and other else ""
+                wrong.append((first, text))
                 break
     return min((each for each in wrong if each[0] < end), default=None)
 
@@ -300,25 +338,29 @@ class Pairs(Question):
     """Candidate pairs at each of some moments: all that touch, each once, and no body that is not there."""
 
     told = "{:,} candidate pairs for {:,} that touch"
+    keys = ("discs", "boxes", "periodic")
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
-        """Yields moments of the reference's run of a scene, with bodies as they are, and larger: the start,
-        times at equal distances, and the first contact after each, as far as it comes."""
-        for growth in GROWTH:
-            sim = Subject(REFERENCE, {}).reference.simulation(scene)
-            found: list[dict[int, tuple[float, ...]]] = []
-            for part in range(MOMENTS + 1):
-                end = scene.start + part / MOMENTS * (horizon(scene) - scene.start)
-                with suppress(KinetileError):  # where it jams, it goes no further
-                    sim.run(until=max(end, sim.time), max_contacts=CONTACTS if part % 2 == 0 else 1)
-                x, y = sim.positions().T
+        """Yields moments of the reference's run of a scene, as the ``VIEWS`` are: the start, times at equal
+        distances, and the first contact after each, as far as it comes."""
+        sim = Subject(REFERENCE, {}).reference.simulation(scene)
+        found: list[list[dict[int, tuple[float, ...]]]] = [[] for _ in VIEWS]
+        size = scene.radius.max(initial=0.0)
+        for part in range(MOMENTS + 1):
+            end = scene.start + part / MOMENTS * (horizon(scene) - scene.start)
+            with suppress(KinetileError):  # where it jams, it goes no further
+                sim.run(until=max(end, sim.time), max_contacts=CONTACTS if part % 2 == 0 else 1)
+            far = np.abs(sim.positions()).max(initial=0.0) > NEARBY * size
+            for (growth, aside), moments in zip(VIEWS, found, strict=True):
+                x, y = (sim.positions() + (0.0 if far else aside * size)).T
                 rows = np.column_stack([x, y, growth * sim.radii()])
                 if scene.shapes:
                     reaches = growth * np.array([each.reaches for each in sim.shapes()] or NOTHING)
                     left, right, down, up = reaches.T
                     rows = np.column_stack([x - left, y - down, x + right, y + up])
-                found.append(dict(zip(sim.bodies.tolist(), map(tuple, rows.tolist()), strict=True)))
-            yield Moments("boxes" if scene.shapes else "discs", tuple(found))
+                moments.append(dict(zip(sim.bodies.tolist(), map(tuple, rows.tolist()), strict=True)))
+        for moments in found:
+            yield Moments("boxes" if scene.shapes else "discs", tuple(moments))
 
     def exchanges(self, case: Moments) -> Iterator[Exchange]:
         """Yields a line for each moment, the first of which has number 0."""
@@ -394,7 +436,7 @@ class Casts(Question):
         far = 0
         for pair in islice(pairs, CASTS):
             case = only_bodies(bare, np.array(pair))
-            is_far = meeting(case, GROWTH[-1], 0.0) is None
+            is_far = meeting(case, 2.0, 0.0) is None
             far += is_far
             if not is_far or far <= FAR:
                 yield case
@@ -418,7 +460,8 @@ class Casts(Question):
                 last = end if late is None else min(late, end)
                 after = early is not None and (early <= time or near(time, early))
                 is_right = after and (time <= last or near(time, last))
-            return None if is_right else f"they meet {_when(right)}, and the engine says {_when(time)}"
+            by = "" if right is None or time is None else f", off by {abs(time - right):.2g}"
+            return None if is_right else f"they meet {_when(right)}, and the engine says {_when(time)}{by}"
 
         tables = _tables(case)
         bodies = [{k: body[k] for k in body if k not in ("mass", "kind")} for body in tables["bodies"]]

@@ -33,7 +33,7 @@ SLIP = re.compile(r" raised (NameError|UnboundLocalError|AttributeError|TypeErro
 class Result:
     """The result of one check: passed, failed, skipped, died (the process did not survive it), or not judged
     (its time was up). ``seconds`` are CPU seconds without compiling, by the clock where it died; ``verdict``
-    says which phase a failure speaks against."""
+    says which phase a failure speaks against, ``asked`` has the keys of lines that a program has answered."""
 
     check: str
     sentence: str
@@ -45,6 +45,7 @@ class Result:
     verdict: str = ""
     bodies: int | None = None
     case: Path | None = None
+    asked: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -93,6 +94,11 @@ class Report:
         return self.conforms is True
 
     @property
+    def limits(self) -> str:
+        """What a verdict that it conforms does not cover, as the sentence goes on."""
+        return ""
+
+    @property
     def in_doubt(self) -> bool:
         """Whether some failure is as much the reference's as the phase's."""
         return any("in doubt" in result.verdict for result in self.results)
@@ -121,7 +127,7 @@ class Report:
     @staticmethod
     def row(result: Result) -> dict[str, Any]:
         """Returns a result, fit for JSON."""
-        row = {key: value for key, value in vars(result).items() if value not in (None, "")}
+        row = {key: value for key, value in vars(result).items() if value not in (None, "", ())}
         return {key: str(value) if isinstance(value, Path) else value for key, value in row.items()}
 
     def __str__(self) -> str:
@@ -147,7 +153,7 @@ class Report:
     def foot(self) -> str:
         """The lines below the results: notes, and whether the phase conforms."""
         spent = sum(result.seconds for result in self.results)
-        verdict = f"conforms ({spent:.0f} CPU s, {self.seconds:.0f} s)"
+        verdict = f"conforms ({spent:.0f} CPU s, {self.seconds:.0f} s){self.limits}"
         if self.not_judged:
             verdict = f"is not judged: {self.not_judged}"
         reasons: dict[str, list[str]] = {}

@@ -192,8 +192,8 @@ class CheckRun:
     """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest; the
     ``number`` is that of the scene as it was drawn."""
 
-    fatal: tuple[type[Exception], ...] = ()
-    """Errors that are no failure of the check: they end the run."""
+    failures: tuple[type[Exception], ...] = (Exception,)
+    """Errors that are a failure of the check, as whatever a foreign phase raises is; others end the run."""
 
     def __init__(
         self,
@@ -234,9 +234,7 @@ class CheckRun:
             self.refusal = str(error)
             if isinstance(error, DoesNotApply):
                 self.inapplicable = str(error)
-        except self.fatal:
-            raise
-        except Exception as error:  # whatever a foreign phase raises is its failure
+        except self.failures as error:
             self._observe(self.count, scene, error)
             is_own = type(error).__module__ == "kinetile.errors"  # with the place in its message
             place = "" if is_own else place_of(error)

@@ -46,12 +46,12 @@ def line_of(scene):
     return Contacts().exchange(scene, kt.Simulation(kt.Scene([[0, 0]], [[0, 0]], 1)).contacts)
 
 
-def compiled(folder: Path, *macros: str, source: str = "engine-in-c/engine.c") -> str:
-    """Compile an engine in C; return the command."""
+def compiled(folder: Path, *macros: str, source: str = "engine-in-c/engine.c", language: str = "c") -> str:
+    """Compile an engine in C or C++; return the command."""
     made = folder / "engine"
-    how = ("-O0", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros)
-    source = HERE / source
-    subprocess.run([program("cc"), *how, "-o", str(made), str(source), "-lm"], check=True)
+    how = ("-O0", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros, "-x", language)
+    compiler = program({"c": "cc", "c++": "c++"}[language])
+    subprocess.run([compiler, *how, "-o", str(made), str(HERE / source), "-lm"], check=True)
     return str(made)
 
 
@@ -67,9 +67,76 @@ def in_python(folder: Path, text: str) -> str:
 @pytest.mark.small
 def test_the_engine_in_c_conforms(tmp_path):
     report = check_engine(compiled(tmp_path), examples=4, checks=SMALL)
-    assert [result.status for result in report.results] == ["passed", "passed", "skipped"]
+    assert [result.status for result in report.results] == ["passed"] * 3
     assert report.conforms
     assert report.results[1].reason.startswith("it refuses ")
+    assert "periodic" in report.results[2].asked
+    unseen = "but for gravity, shapes, turns, commands, responses: no such line was answered"
+    assert report.foot.endswith(unseen)
+
+
+FAULTS_OF_CPP = {2: "off by one", 1: "strict <", 12: "float for double", 13: "the period is ignored"}
+
+
+@pytest.mark.small
+@pytest.mark.needs("c++")
+@pytest.mark.parametrize("fault", first(1, [13, 2, 12, 1]), ids=FAULTS_OF_CPP.get)
+def test_a_fault_of_an_engine_in_cpp_was_not_found_on_a_torus(fault, tmp_path):
+    command = compiled(tmp_path, f"-DFAULT={fault}", language="c++")
+    checks = ["same-contacts" if fault == 1 else "same-contacts-on-a-torus"]
+    (result,) = check_engine(command, examples=100 if fault == 1 else 20, checks=checks).results
+    assert result.status == "failed"
+    assert fault != 12 or ", off by " in result.said
+
+
+@pytest.mark.slow
+@pytest.mark.own_loop
+@needs_cc
+def test_every_default_check_and_scene_is_judged(tmp_path, monkeypatch):
+    """``conform`` and ``judge`` without ``--check``, of an engine in C."""
+    monkeypatch.chdir(tmp_path)
+    command = compiled(tmp_path, "-O2")
+    result = kinetile("conform --examples 3 --scene-seconds 120 --command", command, code=0)
+    assert "commands, responses: no such line was answered" in result.stdout
+    kinetile("judge --examples 1 --repeats 1 --command", command, code=0)
+
+
+@pytest.mark.small
+def test_an_infinite_mass_of_a_body_that_is_inserted_was_no_json():
+    wall = kt.Insert(0.5, (3.0, 3.0), (0.0, 0.0), radius=0.5, mass=np.inf)
+    scene = kt.Scene([[1, 1]], [[0, 0]], 0.5, commands=[wall], settings=kt.Settings(until=1.0))
+    (command,) = json.loads(asked(scene).line)["commands"]
+    assert command["insert"]["mass"] == "inf"
+
+
+@pytest.mark.small
+def test_an_error_of_the_kit_was_a_failure_of_the_engine(tmp_path, monkeypatch):
+    monkeypatch.setattr(Contacts, "exchanges", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        check_engine(in_python(tmp_path, "line"), examples=1, checks=["same-contacts"])
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("within", "status"), [(1e-9, "failed"), (0.4, "not judged")])
+def test_an_engine_without_contacts_conformed_where_nothing_was_compared(within, status, tmp_path):
+    command, checks = in_python(tmp_path, """'{"contacts": []}'"""), ["same-contacts-on-lattices"]
+    report = check_engine(command, within=within, examples=2, checks=checks, shrink=False)
+    assert [each.status for each in report.results] == [status]
+    assert status == "failed" or (report.exit_code, report.conforms) == (4, None)
+
+
+@pytest.mark.small
+def test_what_an_engine_refuses_by_its_key_is_not_sent_again(tmp_path):
+    words = """'{"refused": ["turns"]}' if '"turns"' in line else '{"contacts": []}'"""
+    checks = ["same-contacts-with-turns", "same-contacts-on-a-torus"]
+    how = {"examples": 20, "checks": checks, "save_to": tmp_path, "shrink": False}
+    report = check_engine(in_python(tmp_path, words), **how)
+    assert [each.status for each in report.results] == ["failed", "failed"]
+    for result in report.results:
+        sent, *_ = result.case.with_suffix(".jsonl").read_text().splitlines()
+        assert '"turns"' not in sent
+        assert not json.loads(sent).keys() & {"responses", "kinds"}, "no body is of these kinds"
+    assert {"turns", "responses"} < {*report.untried}
 
 
 @pytest.mark.small
@@ -77,8 +144,9 @@ def test_the_engine_in_c_conforms(tmp_path):
 def test_the_second_implementation_conforms():
     script = HERE.parent / "second" / "pipe.js"
     command = shlex.join([program("node"), str(script)])
-    report = check_engine(command, examples=3, checks=[*SMALL, *OF_SHAPES])
-    assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 5
+    checks = [*SMALL, *OF_SHAPES, "same-contacts-with-responses"]
+    report = check_engine(command, examples=3, checks=checks)
+    assert [(result.status, result.reason) for result in report.results] == [("passed", "")] * 6
 
 
 FAULTS = {
@@ -325,6 +393,7 @@ def test_candidate_pairs_of_a_broad_phase(name):
     checks = ["pairs", "pairs-as-bodies-come-and-go"]
     report = check_engine(in_python_as(name), asked="pairs", examples=2, checks=checks)
     assert [result.status for result in report.results] == ["passed", "passed"]
+    assert report.limits == ", but for boxes, periodic: no such line was answered"
     for result in report.results:
         candidates, touch = (int(n.replace(",", "")) for n in re.findall(r"[\d,]*\d", result.said))
         assert 0 < touch <= candidates < 20 * touch
@@ -336,6 +405,7 @@ def test_candidate_pairs_of_a_broad_phase(name):
     first(
         2,
         [
+            ("plain", "single", 1, 2),
             ("plain", "closed", 1, 2),
             ("plain", "gone", 2, 2),
             ("chipmunk", "stale", 2, 2),

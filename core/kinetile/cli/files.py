@@ -83,6 +83,8 @@ def try_folder(option: str, folder: Path, *, keep: bool) -> None:
     """Makes a folder and tries to write to it; unless it is to be kept, leaves nothing there. Raises
     BadOption, with the option that names it, where that fails."""
     made: list[Path] = []
+    if folder.suffix.lower() in _FORMS and not folder.is_dir():
+        raise BadOption(f"{option} is {str(folder)!r}, the name of a file; expected that of a folder")
     try:
         with file_errors(f"{option} {folder}"):
             made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]

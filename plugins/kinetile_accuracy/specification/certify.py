@@ -5,10 +5,11 @@ compares each line with its next event: a list is right to the end or wrong at o
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from kinetile.instruments import (
     WALLS,
     Fingerprint,
     digestible,
+    shown,
 )
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
 from kinetile_accuracy.specification.course import LEAVING, Course, CourseEvent
@@ -34,7 +36,7 @@ _OFTEN = 256
 """Lines between two calls of ``progress``."""
 
 _PLAN = ("x", "y", "vx", "vy")
-_NAMES = ["epoch", "tick", "a", "b"]
+_NAMES, _TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
 
 _IDLE = UNIT_TICKS << 20
 """Ticks without a contact after which a run that ends after so many contacts is given up."""
@@ -115,24 +117,24 @@ class LogCertifier:
     def __init__(
         self,
         scene: Scene,
-        contacts: NDArray[Any],
+        contacts: NDArray[Any] | Sequence[Any],
         until: float | None = None,
         *,
         max_contacts: int | None = None,
         fingerprint: str | None = None,
+        within: float | None = None,
     ) -> None:
+        contacts = _as_rows(contacts, _NAMES if within is None else _TIMED)
         names = contacts.dtype.names or ()
-        if contacts.ndim != 1 or not set(_NAMES) <= set(names):
-            raise BadOption(
-                "a list of contacts is an array with the fields epoch, tick, a and b, such as sim.contacts; "
-                f"found an array of shape {contacts.shape}, fields {', '.join(names) or 'none'}"
-            )
         if until is not None and not scene.start <= until < float("inf"):
             raise BadOption(f"until is {until!r}; expected a time from the scene's start on, {scene.start!r}")
         self.scene = scene
         self._rows = contacts
         self._whole = {side + name for side in "ab" for name in _PLAN} <= set(names)
-        self._timed = "time" in names
+        self._timed = "time" in names and within is None
+        self._within = within
+        if within is not None and not (0.0 < within < math.inf and np.isfinite(contacts["time"]).all()):
+            raise BadOption(f"within is {within!r}; expected a number above 0, and finite times")
         self._most = max_contacts
         self._claimed = fingerprint
         self.report = CertifiedLog(0, len(contacts), until, finished=False)
@@ -140,7 +142,7 @@ class LogCertifier:
     def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
         """Goes through all lines, or to the first that is wrong."""
         wrong, fingerprint = self._first_wrong(progress), None
-        if wrong is None:
+        if wrong is None and self._within is None:
             contacts = Fingerprint()
             contacts.update(digestible(self._rows[self._rows["b"] > TURNED]))
             fingerprint = contacts.hexdigest()
@@ -162,8 +164,9 @@ class LogCertifier:
             units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
             off = self._rows["time"] != scene.start + units * 2.0**-bits
             untimely = int(off.argmax()) if off.any() else -1
-        for index, row in enumerate(self._rows[_NAMES]):
-            epoch, tick, a, b = found = row.item()
+        for index, row in enumerate(self._rows[_NAMES if self._within is None else _TIMED].tolist()):
+            found = row if self._within is None else self._snapped(course, *row)
+            epoch, tick, a, b = found
             line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
             if progress is not None and index % _OFTEN == 0:
                 progress(LogProgress(index, len(self._rows), scene.start + course.now * course.tick))
@@ -192,6 +195,16 @@ class LogCertifier:
         there = "is one more before the end" if end is not None else f"are to be {self._most:,} contacts"
         why = f"there {there}: {_named(due)} at {_when(due.tick)}"
         return WrongLine(len(self._rows), None, _line_of(due), why)
+
+    def _snapped(self, course: Course, time: float, a: int, b: int) -> Line:
+        """Returns the contact that comes next where it is of these bodies, and within the distance of a time;
+        otherwise what is written, at the tick of the time."""
+        start, unit = self.scene.start, self.scene.time_unit
+        slack = cast(float, self._within) * max(abs(time - start), unit)
+        early, tick, late = (tick_of(time + by, start, unit_bits(self.scene)) for by in (-slack, 0.0, slack))
+        due = self._due(course, late)
+        is_right = due is not None and due[1:] == (a, b) and due.tick >= early
+        return _line_of(due if due and is_right else CourseEvent(tick, a, b))
 
     def _carried_out(self, course: Course, line: CourseEvent) -> list[CourseEvent]:
         """Carries an event out; returns the rows behind it in a whole log: of what is held or let go."""
@@ -233,11 +246,12 @@ class LogCertifier:
 
 def certify_log(
     scene: Scene,
-    contacts: NDArray[Any],
+    contacts: NDArray[Any] | Sequence[Any],
     until: float | None = None,
     *,
     max_contacts: int | None = None,
     fingerprint: str | None = None,
+    within: float | None = None,
     progress: Callable[[LogProgress], None] | None = None,
 ) -> CertifiedLog:
     """Checks that a list of contacts is the one that docs/specification.md gives a scene.
@@ -246,18 +260,36 @@ def certify_log(
         scene: what was simulated, by ``disc`` or ``convex``, and ``wall``.
         contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
             rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
-            are compared; so is the field time.
+            are compared; so is the field time. Lists of such rows, or of [epoch, tick, a, b], will do.
         until: the time up to and at which all contacts must be there, and after which none; if it is that of
             the scene's settings, their exact end counts. None: the lines alone are checked.
         max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
             be fewer, and without it only if no more come for a million units.
         fingerprint: the fingerprint that the list gives; None: it gives none.
+        within: rows have the fields time, a, b, in the order of the right ones, and a time is right within
+            this distance, relative to that from the start, or to the unit of time; None: ticks are compared.
         progress: called now and then with how far the check is.
 
     Raises BadOption for other fields, or ``until`` before the start; Refused for an unspecified response.
     """
-    certifier = LogCertifier(scene, contacts, until, max_contacts=max_contacts, fingerprint=fingerprint)
-    return certifier.run(progress)
+    how: dict[str, Any] = {"max_contacts": max_contacts, "fingerprint": fingerprint, "within": within}
+    return LogCertifier(scene, contacts, until, **how).run(progress)
+
+
+def _as_rows(contacts: NDArray[Any] | Sequence[Any], names: list[str]) -> NDArray[Any]:
+    """Returns a list of contacts, of whatever form, as an array with these fields, or more."""
+    known = contacts.dtype.names if isinstance(contacts, np.ndarray) and contacts.ndim == 1 else None
+    if known and {*names} <= {*known}:
+        return np.asarray(contacts)
+    kinds: list[Any] = [float if name == "time" else operator.index for name in names]
+    try:
+        rows: list[Any] = [row[names].item() if isinstance(row, np.void) else row for row in contacts]
+        made = [tuple(kind(each) for kind, each in zip(kinds, row, strict=True)) for row in rows]
+        return np.array(made, [(name, "f8" if name == "time" else "i8") for name in names])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        fields = f"with the fields {', '.join(names[:-1])} and {names[-1]}, or a list of such rows"
+        text = f"a list of contacts is an array {fields}, such as sim.contacts; found {shown(contacts)}"
+        raise BadOption(text) from error
 
 
 def explain_difference(

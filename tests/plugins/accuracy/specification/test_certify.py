@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from command_line import kinetile
 from kinetile.errors import Refused
 from kinetile.kernel.log import LOG
 from kinetile.records.contacts import CONTACT_LINE
@@ -52,6 +53,28 @@ def wrong(scene, log, until=UNTIL):
     assert found.fingerprint is None
     assert found.wrong.index == found.lines
     return found.wrong.index, found.wrong.why
+
+
+def test_rows_and_lists_of_any_form_are_lists_of_contacts(gas):
+    scene, log = gas
+    lists = log, log.tolist(), [*log], [list(row) for row in log.tolist()], np.array(log.tolist())
+    assert len({certify_log(scene, each, UNTIL).fingerprint for each in lists}) == 1
+
+
+def test_times_of_doubles_are_right_within_a_distance(gas, tmp_path):
+    scene, _ = gas
+    timed = whole_rows(scene, UNTIL)[["time", "a", "b"]]
+    timed = timed[timed["b"] >= -4]
+    timed["time"] *= 1.0 + 1e-12
+    for within, right in ((1e-10, True), (1e-14, False)):
+        assert certify_log(scene, timed.tolist(), UNTIL, within=within).right is right
+    late = certify_log(scene, timed[:-1], UNTIL, within=1e-10)
+    assert (late.wrong.index, late.wrong.found) == (len(timed) - 1, None)
+    file = tmp_path / "times"
+    for end, code in (("\n", 0), ("\n1 2\n", 2)):
+        file.write_text("\n".join("{:.17g} {} {}".format(*row) for row in timed.tolist()) + end)
+        line = f"certify-log grid -s bodies=25 -s density=0.5 {file} --until {UNTIL} --within 1e-10"
+        kinetile(line, code=code)
 
 
 def test_all_lines_are_right(gas):
