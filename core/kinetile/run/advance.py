@@ -126,7 +126,7 @@ def advance(
     left: list[ContactRow] = []
     if end.ticks is not None and (ledger.records or end.ticks > MOST_UNITS * TICKS):
         _demand_feasible(engine, end, end.ticks)
-    if len(engine.k.watched_kinds) and not engine.k.clock[0].stops.before:
+    if watching := len(engine.k.watched_kinds) and not engine.k.clock[0].stops.before:
         engine.build()  # passings of the start begin
         stop, left = _first_watched(engine, ledger.pending_events or [])
         if stop is not None:
@@ -149,8 +149,13 @@ def advance(
                 engine.arrive(end.until)
             let_signals_through()
             if after_chunk is not None:
+                ledger.pending_events = left  # with the passings that end by its commands
                 with Interruptible():
                     after_chunk()
+                ledger.pending_events = None
+                if stop is None:
+                    stop, left = _first_watched(engine, left) if watching else (None, [])
+            finished = finished or stop is not None
             finished = finished or engine.contacts >= end.contacts or engine.events >= end.events
             if audit is not None and (finished or reason == CONTACTS_REACHED):
                 engine.audit()

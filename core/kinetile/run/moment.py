@@ -16,7 +16,7 @@ from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
 from kinetile.kernel.plan import BentPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
 from kinetile.run.engine.engine import Engine
-from kinetile.scene import Scene
+from kinetile.scene import Scene, SetKind
 from kinetile.scene.bodies import in_box
 from kinetile.scene.checks import WALL
 from kinetile.scene.scene import kinds_inserted
@@ -126,8 +126,9 @@ class Moment:
 
     def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: the present
-        ones of bodies that are there, those with which others came or come; "wall" for a number below 0, as
-        in column ``b`` of ``contacts``. Raises IndexError for a number that no body has been given."""
+        ones of bodies that are there, the last ones of bodies that have gone, those with which others come;
+        "wall" for a number below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that
+        no body has been given."""
         numbers = body_numbers(bodies)
         k, taken = self._engine.k, self._engine.taken
         bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
@@ -141,15 +142,20 @@ class Moment:
         return np.asarray(kinds[which])
 
     def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        scene, came = self.scene, self._engine.history.inserted
-        coming = kinds_inserted(scene)
-        which = np.full(max(len(self._engine.k.slots), self._engine.numbers), -1, dtype=np.int64)
+        scene, engine = self.scene, self._engine
+        came, coming = engine.history.inserted, kinds_inserted(scene)
+        which = np.full(max(len(engine.k.slots), engine.numbers), -1, dtype=np.int64)
         which[: len(scene)] = scene.kind_numbers
         which[list(coming)] = list(coming.values())
         which[came[:, 0]] = came[:, 1]
         odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
         if len(odd):
             raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
+        changed = any(isinstance(each, SetKind) for each in scene.commands) or engine.history.rekinded
+        for each in engine.history.played(scene, engine.clock) if changed else ():
+            if isinstance(each, SetKind) and each.body in numbers:
+                still_comes = engine.agenda.brings(engine.k, engine.clock, each.body)
+                which[each.body] = which[each.body] if still_comes else scene.kinds.index(each.kind)
         return which[numbers]
 
 

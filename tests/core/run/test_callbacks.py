@@ -105,6 +105,38 @@ def test_a_removal_after_a_step_is_no_contact():
     assert sim.bodies.tolist() == [1]
 
 
+@pytest.mark.parametrize("key", [("robot", "zone"), ("crate", "zone"), None])
+@pytest.mark.parametrize("how", ["between", "on_contact", "progress", "planned"])
+def test_it_is_called_with_the_end_of_a_passing_whose_body_goes(how, key):
+    """It was by the kind with which the body came, and not at all where ``progress`` removed it."""
+    rules = {("robot", "zone"): "pass", ("crate", "zone"): "pass"}
+    scene = kt.Scene([(0, 0)], [(0, 0)], 1, kinds=["crate", "robot", "zone"], kind=["zone"], responses=rules)
+    planned = [kt.Insert(0, (-3, 0), (1, 0), 0.25, kind="crate"), kt.SetKind(1, 1, "robot"), kt.Remove(1, 3)]
+    sim, told = kt.Simulation(scene.replace(commands=planned if how == "planned" else ()), "cells"), []
+
+    def leave(event_or_progress):
+        if event_or_progress.time > 1.0 and 1 in sim.bodies:
+            sim.remove(1)
+
+    def note(event):
+        told.append((event.kind, event.kinds))
+        if how == "on_contact":
+            leave(event)
+
+    if how != "planned":
+        sim.insert((-3, 0), (1, 0), 0.25, kind="crate")
+        sim.run(until=1.0)
+        sim.set_kind(1, "robot")
+    calls = {"on_contact": note if key is None else {key: note, ("robot", "wall"): print}}
+    sim.run(until=2.5, **calls, progress=leave if how == "progress" else None)
+    if how == "between":
+        sim.remove(1)
+    sim.run(until=4.0, **calls)
+    met = [("pass", ("zone", "robot")), ("part", ("zone", "robot"))]
+    assert told == ([] if key == ("crate", "zone") else met)
+    assert sim.kinds_of([0, 1]).tolist() == ["zone", "robot"]
+
+
 def orders(sim, seed):
     """A function that turns, inserts and removes at contacts."""
     rng = random.Random(seed)

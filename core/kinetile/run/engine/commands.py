@@ -283,7 +283,7 @@ class History:
     ) -> None:
         self.names: Mapping[str, int] = {}  # of inserted bodies that have one
         self._rows = rows
-        self._inserted = inserted  # bodies and kinds of insertions, so that kinds are read at once
+        self._inserted = inserted  # bodies and kinds, and codes, so that kinds are read at once
         self._bases = bases
         self._last: tuple[tuple[int, bytes], ...] = ()  # each with the base of its ticks
 
@@ -319,11 +319,24 @@ class History:
     @property
     def inserted(self) -> npt.NDArray[np.int64]:
         """The inserted bodies, each with the number of its kind, (m, 2)."""
+        return self._of_code(INSERTED)
+
+    @property
+    def rekinded(self) -> bool:
+        """Whether a body was given another kind."""
+        return len(self._of_code(OF_KIND)) > 0
+
+    def _of_code(self, code: int) -> npt.NDArray[np.int64]:
         self._take_in_last()
-        return np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 2)
+        rows = np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 3)
+        return rows[rows[:, 2] == code, :2]
 
     def in_scene(self, scene: Scene, clock: Clock) -> Scene:
-        """Returns a scene with these commands, at their exact times, and without its own commands for bodies
+        """Returns a scene with the commands that are ``played``."""
+        return with_commands(scene, self.played(scene, clock), kinds=scene.kinds)
+
+    def played(self, scene: Scene, clock: Clock) -> list[SceneCommand]:
+        """Returns these commands with a scene's, at their exact times, and without the scene's for bodies
         that had been removed by then.
 
         A planned command comes before those by hand of its tick, unless it waited then for an insertion
@@ -344,8 +357,7 @@ class History:
             played += [*due[:first], by_hand]
             if command.code == REMOVED:
                 gone.add(command.body)
-        played += (each for each in planned if each.body not in gone)
-        return with_commands(scene, played, kinds=scene.kinds)
+        return [*played, *(each for each in planned if each.body not in gone)]
 
     def _commands(self) -> Iterator[tuple[Command, int]]:
         content, bases = self.content
@@ -364,8 +376,9 @@ def _joined(blocks: tuple[bytes, ...], new: bytes) -> tuple[bytes, ...]:
 
 
 def _inserted(rows: Rows) -> bytes:
-    came = rows[rows["code"] == INSERTED]
-    return np.column_stack([came["body"], came["kind"]]).astype(np.int64).tobytes() if len(came) else b""
+    rows = rows[np.isin(rows["code"], (INSERTED, OF_KIND))]
+    columns = [rows[name] for name in ("body", "kind", "code")]
+    return np.column_stack(columns).astype(np.int64).tobytes() if len(rows) else b""
 
 
 def _moment(command: SceneCommand, clock: Clock) -> tuple[int, int]:
