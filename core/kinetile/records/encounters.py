@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import answering
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
-from kinetile.records.trajectory import Trajectory
+from kinetile.records.trajectory import Trajectory, gap
 from kinetile.run.flights import Flights
 
 ENCOUNTER = np.dtype(
@@ -39,6 +39,9 @@ def encounters(trajectory: Trajectory) -> NDArray[np.void]:
     met = np.flatnonzero((rows["b"] >= 0) & np.isnan(rows["ax"]))
     for row, a, b in zip(met.tolist(), rows["a"][met].tolist(), rows["b"][met].tolist(), strict=True):
         several = now.setdefault((min(a, b), max(a, b)), [])
+        if (a > b and not several) or (a < b and several and not trajectory.scene.periodic):
+            before = several[0].begin if several else -1
+            raise gap(trajectory, before, row, f"body {a} and body {b} begin or end to pass each other again")
         if a < b:
             found.append(_Encounter(places, a, b, row, [each.image for each in several]))
             several.append(found[-1])

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import INSERTED, LOG, MOVED, REMOVED
+from kinetile.kernel.log import INSERTED, LOG, MOVED, REMOVED, TURNED
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
@@ -66,7 +66,8 @@ def first_accelerations(scene: Scene, numbers: int) -> NDArray[np.float64]:
 
 class Trajectory:
     """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it, to
-    the time ``end``, by default that of the last row; after that bodies fly on."""
+    the time ``end``, by default that of what ``Simulation.recorded`` returns, or of the last row; after that
+    bodies fly on. Raises RecordError where rows are missing, as without a recorder in one of the runs."""
 
     @answering
     def __init__(self, rows: NDArray[Any], scene: Scene, end: float | None = None) -> None:
@@ -74,7 +75,9 @@ class Trajectory:
             raise TypeError(f"Trajectory: rows is {shown(rows)}; expected an array of the dtype kinetile.LOG")
         if end is not None and not is_finite(end):
             raise ValueError(f"Trajectory: end is {shown(end)}; expected a finite time")
-        self.end = float(max(rows["time"], default=scene.start)) if end is None else end
+        last = float(max(rows["time"], default=scene.start))
+        recorded = scene.settings.until if "contacts" in scene.origin else None
+        self.end = end if end is not None else last if recorded is None else max(recorded, last)
         self.rows = np.asarray(rows, dtype=LOG)
         self.scene = scene
         self._clock = Clock(scene.start, scene.time_unit)
@@ -99,6 +102,7 @@ class Trajectory:
                 f"have sent it, or has no such velocity: {numbers[k].tolist()}"
             )
         self._keys = (flights.body * self._span + flights.row)[flights.by_body]
+        self._check_continuity()
 
     @classmethod
     @answering
@@ -108,11 +112,9 @@ class Trajectory:
         path = Path(path)
         found, scene = _whole(path)
         try:
-            trajectory = cls(found.rows, scene, found.metadata["time"])
+            return cls(found.rows, scene, found.metadata["time"])
         except (RecordError, ValueError) as error:
             raise RecordError(f"{path} is no whole trajectory: {error}") from error
-        trajectory._check_continuity(path)
-        return trajectory
 
     def positions(self, time: float) -> NDArray[np.float64]:
         """Returns the positions (n, 2) of all bodies that there are at ``time``, in the order of ``bodies``;
@@ -187,21 +189,30 @@ class Trajectory:
         flown = positions_after(self._plan(before, flies, pull), time)
         return flown - place, size + np.abs(pull) * (0.5 * time * time)[:, None]
 
-    def _check_continuity(self, path: Path) -> None:
-        """Raises RecordError unless each body flies, from row to row, to where the next row says it is."""
+    def _check_continuity(self) -> None:
+        """Raises RecordError unless each body flies, from row to row, to where the next row says it is, and
+        each command of the scene has its row."""
         with np.errstate(all="ignore"):
             astray, size = self._strayed
             astray = np.where(np.isfinite(astray), astray, math.nan)
             astray = np.abs(nearest_image(astray, self.scene.periods))
-        wrong = np.flatnonzero((~(astray <= 1e-9 * size)).any(axis=1))
-        if len(wrong):
-            at, flights = int(wrong[0]), self._flights
-            time_there = float(self.rows["time"][flights.row[at]])
-            raise RecordError(
-                f"{path} is no whole trajectory: at time {time_there!r}, in row {flights.row[at]}, body "
-                f"{flights.body[at]} is not where the scene and the rows before have sent it; expected every "
-                "event from the scene's start on, as the recorder gets them if it is there in each run"
-            )
+        flights, rows = self._flights, self.rows
+        for at in np.flatnonzero((~(astray <= 1e-9 * size)).any(axis=1))[:1].tolist():
+            row, before = flights.row[at], flights.before[at]
+            what = f"body {flights.body[at]} is not where the scene and the rows before have sent it"
+            raise gap(self, flights.row[before] if before >= 0 else -1, row, f"{what} in row {row}")
+        own = rows[rows["b"] <= TURNED]
+        done = {*zip(ticks_of(own).tolist(), own["a"].tolist(), strict=True)}
+        gone = {*own["a"][own["b"] == REMOVED].tolist()}  # and with it what the scene plans for it
+        for each in self.scene.commands:
+            ticks = self._clock.tick_of(each.time, each.at)
+            after = int(np.searchsorted(rows["time"], each.time, side="right"))
+            came = each.body in gone or (ticks, each.body) in done
+            if not came and (after < len(rows) or each.time < self.end):
+                raise gap(self, after - 1, after, f"the scene's command for body {each.body} is not in them")
+        met, all_met = int((rows["b"] > TURNED).sum()), self.scene.origin.get("contacts", 0)
+        if met < all_met and self.end >= (self.scene.settings.until or 0.0):
+            raise gap(self, -1, len(rows), f"{met:,} of {all_met:,} contacts are in them")
 
     def flight_plans(self, time: float) -> PlansAt:
         """Returns the plans of all bodies that there are at ``time``; raises ValueError as ``positions``."""
@@ -254,6 +265,15 @@ class Trajectory:
         elapsed = (ticks[there] / int(TICKS / self._clock.unit)).astype(np.float64)  # also of whole ages
         plan = self._plan(anchor[there], velocity[there], acceleration[there])
         return PlansAt(bodies[there], plan, elapsed, images[there], acceleration[there])
+
+
+def gap(trajectory: Trajectory, before: int, after: int, what: str) -> RecordError:
+    """Returns the error for rows that are missing between two; -1 is the start, and after all the end."""
+    times = [trajectory.scene.start, *trajectory.rows["time"].tolist(), trajectory.end]
+    return RecordError(
+        f"rows are missing between time {times[before + 1]!r} and time {times[after + 1]!r}: {what}; "
+        "expected every event from the scene's start on, as a recorder gets them that is there in each run"
+    )
 
 
 def positions_at(

@@ -579,7 +579,9 @@ class Simulation(Moment):
         engine = self._engine
         played = engine.history.in_scene(engine.scene, engine.clock)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
-        return relabelled(played, settings=replace(played.settings, until=engine.time, end=end))
+        settings = replace(played.settings, until=engine.time, end=end)
+        met = engine.contacts - sum(int((rows["b"] > TURNED).sum()) for rows in engine.ledger.waiting_rows())
+        return relabelled(played, settings=settings, origin={**played.origin, "contacts": met})
 
     # Results
 

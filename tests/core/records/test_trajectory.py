@@ -89,6 +89,39 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
             read(path)
 
 
+@pytest.mark.parametrize(
+    ("recorded", "ends", "inserts", "plays", "says"),
+    [
+        (
+            (0, 2),
+            7.0,
+            False,
+            True,
+            "between time 0.0 and time 6.25: body 0 is not where the scene",
+        ),
+        ((0, 1), 5.0, False, True, "between time 0.0 and time 5.0: 5 of 6 contacts are in them"),
+        (
+            (0,),
+            5.0,
+            True,
+            True,
+            "between time 0.0 and time 5.0: the scene's command for body 3 is not in",
+        ),
+        ((2,), 5.0, False, False, "between time 0.0 and time 4.0: body 2 and body 1 begin or end to pass"),
+    ],
+)
+def test_rows_of_some_of_the_runs_were_taken_for_the_whole_motion(recorded, ends, inserts, plays, says):
+    rules = {"kind": ["car", "car", "zone"], "responses": {("car", "zone"): "pass"}}
+    scene = kt.Scene([(1, 1), (1, 3), (3, 3)], [(1, 0), (1, 0), (0, 0)], 0.25, arena=(4.0, 4.0), **rules)
+    sim, rows = kt.Simulation(scene, "cells", live=True), [np.zeros(0, kt.LOG)]
+    for run, until in enumerate((0.5, 3.0, ends)):
+        sim.run(until, recorder=rows.append if run in recorded else None)
+        if inserts and run == 0:
+            sim.insert((3.5, 0.5), (0.0, 2.0), 0.125, kind="car")
+    with pytest.raises(RecordError, match=says):
+        kt.encounters(Trajectory(np.concatenate(rows), sim.recorded() if plays else scene))
+
+
 @pytest.mark.parametrize("name", ["still", "falling"])
 def test_a_body_may_be_moved_before_anything_happens_to_it(name, tmp_path):
     # The reader asked for the move to be where the scene had sent the body.
