@@ -232,6 +232,33 @@ class Bumper:
         return ResponseParts(kick, (self.kick,))
 
 
+@hook
+def tire(k, a, b, nx, ny, rule):
+    kick(k, a, b, nx, ny, rule)
+    rule.first += 1.0
+
+
+class Tired(Bumper):
+    def prepare(self, scene):
+        return ResponseParts(tire, (self.kick,))
+
+
+@pytest.mark.interpreted
+def test_a_response_that_counted_in_its_rule_went_on_otherwise_from_a_file():
+    with registered(kt.ResponseSpec("tired", Tired)):
+        rules = {("ball", "ball"): "elastic", ("ball", "wall"): kt.Response("tired", kick=2.0)}
+        scene = kt.Scene([[1.0, 1.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 2.0), kind="ball", responses=rules)
+        for _ in range(2):  # a second run begins with the numbers of the scene
+            sim = kt.Simulation(scene, "naive")
+            with pytest.raises(
+                PhaseError, match="'tired' of .* has written into its rule, and can keep nothing"
+            ):
+                sim.run(max_contacts=1)
+            assert sim.velocities().tolist() == [[-1.0, 0.0]]
+            with pytest.raises(PhaseError, match="cannot go on"):
+                sim.step()
+
+
 SEEN: list[tuple[object, ...]] = []
 
 

@@ -280,6 +280,7 @@ class Engine(Tables):
         took = time.thread_time() - began
         self.cpu_seconds += took
         self._take_over(before)
+        self._demand_rules()
         went = self.fields.now[0] - before
         if went > 0:
             layout.fit(self.k, self.fields, went, layout.steps(self.count) - heads)
@@ -316,6 +317,18 @@ class Engine(Tables):
             watched = self.fields.stops.due[0]
         self.fields.stops.due[0] = 0
         return WATCHED if watched else BUDGET_SPENT
+
+    def _demand_rules(self) -> None:
+        """Raises PhaseError where a response has written into its rule: no saved run has what is in it."""
+        rules = self.composition.rules
+        if rules is not None and rules.foreign and self.k.rules.tobytes() != rules.table.tobytes():
+            each_two = [each for row in self.composition.prepared.meets for each in row]
+            wrong = np.flatnonzero(np.asarray(self.k.rules) != np.asarray(rules.table))[0]
+            self.broken = PhaseError(
+                f"{described('response', each_two[wrong].name)} has written into its rule, and can keep nothing "
+                "there: expected a hook that reads rule.first to rule.fourth and gives bodies velocities"
+            )
+            raise self.broken
 
     def _demand_whole(self) -> None:
         if self.broken is not None:

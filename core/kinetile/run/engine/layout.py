@@ -111,7 +111,7 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
             k.clock[0].kinds, k.clock[0].lists.passable = composition.rules.kinds, NOBODY
             passers = np.full(slots, NOBODY, dtype=np.int32)
             traits = begun(record_table(TRAIT, slots))
-            k = k._replace(traits=traits, rules=composition.rules.table, passers=passers)
+            k = k._replace(traits=traits, rules=composition.rules.table.copy(), passers=passers)
     except MemoryError as error:
         who = described("broad phase", composition.broad_phase)
         text = f"there is no memory for its {pairs} pairs and for {room} bodies near one"
