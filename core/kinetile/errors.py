@@ -314,7 +314,7 @@ _NOT_MODELLED = {
     "contacts act along their normal alone": "friction mu roughness",
     "bodies keep their velocity between contacts": "drag damping linear-damping viscosity",
     "bodies act on each other by contacts alone": "joint joints spring springs bonds constraints",
-    "each event has its exact time, and there are no steps; run(until=sim.time + dt) runs for dt": "dt "
+    "each event has its exact time, and there are no steps; run(duration=dt) runs for dt": "dt "
     "timestep time-step substeps",
 }
 

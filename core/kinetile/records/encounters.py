@@ -40,8 +40,8 @@ def encounters(trajectory: Trajectory) -> NDArray[np.void]:
     for row, a, b in zip(met.tolist(), rows["a"][met].tolist(), rows["b"][met].tolist(), strict=True):
         several = now.setdefault((min(a, b), max(a, b)), [])
         if (a > b and not several) or (a < b and several and not trajectory.scene.periodic):
-            before = several[0].begin if several else -1
-            raise gap(trajectory, before, row, f"body {a} and body {b} begin or end to pass each other again")
+            what = f"body {a} and body {b} begin or end to pass each other twice"
+            raise gap(trajectory, several[0].begin if several else -1, row, what)
         if a < b:
             found.append(_Encounter(places, a, b, row, [each.image for each in several]))
             several.append(found[-1])

@@ -156,6 +156,16 @@ def _read_numbers(value: Any, count: int, what: str) -> list[float]:
     return [float(part) for part in parts]
 
 
+def read_until(engine: Engine, until: float | None, duration: float | None) -> float | None:
+    """Returns ``until``, or the time that lies a duration ahead; ValueError for both, or for no duration."""
+    if duration is None:
+        return until
+    if until is None and is_finite(duration) and duration >= 0.0:
+        return engine.time + float(duration)
+    found = shown(duration) if until is None else f"{shown(duration)} and until={shown(until)}"
+    raise ValueError(f"duration must be a finite time of at least 0, without until; found {found}")
+
+
 def read_end(
     engine: Engine,
     until: float | None,

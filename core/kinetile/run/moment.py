@@ -13,6 +13,7 @@ import numpy.typing as npt
 from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
+from kinetile.kernel.log import INSERTED, OF_KIND
 from kinetile.kernel.plan import BentPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
 from kinetile.run.engine.engine import Engine
@@ -143,7 +144,7 @@ class Moment:
 
     def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         scene, engine = self.scene, self._engine
-        came, coming = engine.history.inserted, kinds_inserted(scene)
+        came, coming = engine.history.kinds(INSERTED), kinds_inserted(scene)
         which = np.full(max(len(engine.k.slots), engine.numbers), -1, dtype=np.int64)
         which[: len(scene)] = scene.kind_numbers
         which[list(coming)] = list(coming.values())
@@ -151,8 +152,10 @@ class Moment:
         odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
         if len(odd):
             raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
-        changed = any(isinstance(each, SetKind) for each in scene.commands) or engine.history.rekinded
-        for each in engine.history.played(scene, engine.clock) if changed else ():
+        change = any(isinstance(each, SetKind) for each in scene.commands) or len(
+            engine.history.kinds(OF_KIND)
+        )
+        for each in engine.history.played(scene, engine.clock) if change else ():
             if isinstance(each, SetKind) and each.body in numbers:
                 still_comes = engine.agenda.brings(engine.k, engine.clock, each.body)
                 which[each.body] = which[each.body] if still_comes else scene.kinds.index(each.kind)

@@ -3,6 +3,7 @@ work is done by the engine, ``advance``, ``questions/`` and ``saving/``."""
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -51,6 +52,7 @@ from kinetile.scene.differences import core_difference
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Ints, Shape
+from kinetile.scene.values import body_numbers
 from kinetile.statistics import Observed
 
 OfKinds = Kind | Iterable[Kind] | None
@@ -161,6 +163,7 @@ class Simulation(Moment):
         self._audit = audit
         self._running: End | None = None
         self._fault: str | None = None
+        self._told = False
         self._lock = threading.RLock()
         self._start_energy = energy(self._engine.k)
         self._observed: Observed | None = Observed()
@@ -260,13 +263,15 @@ class Simulation(Moment):
         stop_at: StopAt | None = None,
         on_contact: OnContact | None = None,
         observe: Sequence[str] | Observed = (),
+        duration: float | None = None,
     ) -> Event | None:
         """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
         the contact of ``stop_at`` at which the run stopped before that, if it did.
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
-                None: the scene's own ``until``, if it has one.
+                None: the scene's own ``until``, if it has one. At the present time nothing is left to run,
+                and the log ``kinetile`` says so once.
             max_contacts: stop after this many further contacts of discs and walls, at the time of the last
                 one. Without ``until``, stop as well when nothing has happened for two million time units.
             max_events: stop after this many further events of all kinds, at the time of the last one.
@@ -279,6 +284,7 @@ class Simulation(Moment):
                 gone); if it returns True the run stops there. An error ends the run at that contact.
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
                 ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
+            duration: instead of ``until``: for how long to run from the present time on.
 
         Raises:
             ZenoError: the bodies are jammed.
@@ -286,7 +292,7 @@ class Simulation(Moment):
             PhaseError: a phase broke the protocol.
             AuditError: an audit found a violation.
             BusyError: this simulation is running already.
-            ValueError: ``until`` is not finite, or in the past; an unknown kind is named.
+            ValueError: ``until`` or ``duration`` is not finite, or in the past; an unknown kind is named.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
             TypeError: ``stop_at`` is no ``StopAt``, ``recorder`` or ``on_contact`` no function; or both
                 ``stop_at`` and ``on_contact`` are given.
@@ -294,8 +300,10 @@ class Simulation(Moment):
                 scene.
         """
         with _Alone(self, "run"):
-            end = arguments.read_end(self._engine, until, max_contacts, max_events)
             engine = self._engine
+            until = arguments.read_until(engine, until, duration)
+            end = arguments.read_end(engine, until, max_contacts, max_events)
+            here = engine.events if end.until == engine.time and not self._told else None
             calls = read_calls(on_contact, self.scene.kinds)
             if calls is not None and stop_at is not None:
                 raise TypeError("a run has stop_at or on_contact: a function of on_contact stops it by True")
@@ -345,6 +353,10 @@ class Simulation(Moment):
                 if stop is not None:
                     engine.watch(None)
             self._observe(observers)
+            if here == engine.events:
+                self._told = True
+                what = "kinetile: until=%r is the present time: nothing is left to run. Expected a later one"
+                logging.getLogger("kinetile").warning(what + ", or duration=", end.until)
             return event
 
     @answering
@@ -579,9 +591,13 @@ class Simulation(Moment):
         engine = self._engine
         played = engine.history.in_scene(engine.scene, engine.clock)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
-        settings = replace(played.settings, until=engine.time, end=end)
-        met = engine.contacts - sum(int((rows["b"] > TURNED).sum()) for rows in engine.ledger.waiting_rows())
-        return relabelled(played, settings=settings, origin={**played.origin, "contacts": met})
+        origin = {
+            **played.origin,
+            "contacts": engine.contacts - engine.met_now,
+        }  # some of now may have no row
+        return relabelled(
+            played, settings=replace(played.settings, until=engine.time, end=end), origin=origin
+        )
 
     # Results
 
@@ -724,14 +740,14 @@ class Simulation(Moment):
         *,
         acceleration: Numbers | None = None,
         kinds: OfKinds = None,
+        exclude: npt.ArrayLike = (),
     ) -> CastHit | None:
         """Returns the body that one which starts here and now would meet first, by the present plans.
 
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored, unless "wall" is one of the ``kinds``. A contact needs approach: a body that it touches or
-        overlaps at the start is met at once if they approach, and not at all if they part. Of several at one
-        tick the first by number. Along a periodic axis it meets a body through any image, as far ahead as
-        ``next_contact`` looks.
+        ignored, unless "wall" is one of the ``kinds``. It meets at once what it overlaps at the start, and what
+        it touches there if they approach. Of several at one tick the first by number. Along a periodic axis
+        it meets a body through any image, as far ahead as ``next_contact`` looks.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
@@ -739,12 +755,13 @@ class Simulation(Moment):
             velocity: (vx, vy); so that it crosses at most 4,096 periods in 8 units of the clock.
             acceleration: (ax, ay), 0 along periodic axes; by default that of gravity.
             kinds: only bodies of these kinds.
+            exclude: not these bodies, by numbers, such as the one from whose place it is cast.
 
         Raises ValueError for what is no such body, or no velocity.
         """
         horizon = float(FORESEEN // TICKS) * self.time_unit
         thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
-        query, walls = self._query(), False
+        query, walls = self._among(None, exclude), False
         if kinds is not None:
             chosen = arguments.read_kinds(kinds, (*query.composition.prepared.kinds, WALL), "kinds")
             query, walls = _of_kinds(query, chosen), WALL in chosen
@@ -795,6 +812,7 @@ class Simulation(Moment):
         within: float | None = None,
         most: int | None = None,
         kinds: OfKinds = None,
+        exclude: npt.ArrayLike = (),
     ) -> list[RayHit]:
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
@@ -808,14 +826,14 @@ class Simulation(Moment):
             within: only bodies that are met not further than this, a length above 0 in the scene's unit.
                 Needed where an axis is periodic, of which the ray may cross at most 4,096 periods.
             most: the largest number of hits; 1 is the fastest.
-            kinds: only bodies of these kinds.
+            kinds, exclude: only bodies of these kinds; not these bodies, as for ``cast``.
 
         Raises ValueError for values that are none of these, and for no ``within`` where it is needed.
         """
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         length = arguments.read_within(within, self.scene, towards)
         count = None if most is None else read_count(most, "most")
-        hits = places.ray(self._among(kinds), start, towards, count, length)
+        hits = places.ray(self._among(kinds, exclude), start, towards, count, length)
         return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
 
     # Saving
@@ -904,8 +922,11 @@ class Simulation(Moment):
         tables = engine.k, engine.packed[0]
         return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
-    def _among(self, kinds: OfKinds) -> Query:
+    def _among(self, kinds: OfKinds, exclude: npt.ArrayLike = ()) -> Query:
         query = self._query()
+        if np.size(exclude):
+            out = [self._slot_of(body) for body in body_numbers(exclude).ravel().tolist()]
+            query = replace(query, slots=query.slots[~np.isin(query.slots, out)])
         if kinds is None:
             return query
         return _of_kinds(query, arguments.read_kinds(kinds, query.composition.prepared.kinds, "kinds"))

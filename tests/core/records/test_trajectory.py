@@ -107,7 +107,13 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
             True,
             "between time 0.0 and time 5.0: the scene's command for body 3 is not in",
         ),
-        ((2,), 5.0, False, False, "between time 0.0 and time 4.0: body 2 and body 1 begin or end to pass"),
+        (
+            (2,),
+            5.0,
+            False,
+            False,
+            "between time 0.0 and time 4.0: body 2 and body 1 begin or end to pass each",
+        ),
     ],
 )
 def test_rows_of_some_of_the_runs_were_taken_for_the_whole_motion(recorded, ends, inserts, plays, says):

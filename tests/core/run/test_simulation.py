@@ -115,6 +115,20 @@ def test_a_run_cannot_be_started_from_within_itself():
     assert sim.time == 1.0
 
 
+@pytest.mark.small
+def test_a_run_to_the_present_time_says_once_that_it_does_nothing_and_a_duration_goes_on(caplog):
+    sim, other = (kt.Simulation(grid(), "cells") for _ in range(2))
+    for _ in range(10):
+        sim.run(duration=0.0625)
+    other.run(until=0.625)
+    assert (sim.time, sim.fingerprint) == (other.time, other.fingerprint)
+    assert caplog.text == ""
+    for _ in range(3):
+        sim.run(until=0.625)
+    (told,) = caplog.records
+    assert told.getMessage().startswith("kinetile: until=0.625 is the present time: nothing is left to run")
+
+
 def test_slow_bodies_that_are_turned_to_be_fast_are_not_taken_for_jammed():
     slow = grid(9)
     scene = kt.Scene(slow.position, slow.velocity * 1e-12, slow.radius, slow.mass, slow.arena)

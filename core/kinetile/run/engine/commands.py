@@ -283,7 +283,7 @@ class History:
     ) -> None:
         self.names: Mapping[str, int] = {}  # of inserted bodies that have one
         self._rows = rows
-        self._inserted = inserted  # bodies and kinds, and codes, so that kinds are read at once
+        self._inserted = inserted  # bodies, kinds and codes, so that kinds are read at once
         self._bases = bases
         self._last: tuple[tuple[int, bytes], ...] = ()  # each with the base of its ticks
 
@@ -316,17 +316,8 @@ class History:
             self._rows = _joined(self._rows, rows)
         self._last = ()
 
-    @property
-    def inserted(self) -> npt.NDArray[np.int64]:
-        """The inserted bodies, each with the number of its kind, (m, 2)."""
-        return self._of_code(INSERTED)
-
-    @property
-    def rekinded(self) -> bool:
-        """Whether a body was given another kind."""
-        return len(self._of_code(OF_KIND)) > 0
-
-    def _of_code(self, code: int) -> npt.NDArray[np.int64]:
+    def kinds(self, code: int) -> npt.NDArray[np.int64]:
+        """Returns the bodies of insertions or changes of kind, each with the number of its kind, (m, 2)."""
         self._take_in_last()
         rows = np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 3)
         return rows[rows[:, 2] == code, :2]

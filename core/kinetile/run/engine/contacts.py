@@ -96,7 +96,7 @@ class Ledger:
         """The present contents, for a snapshot; the cost does not depend on the number of contacts."""
         contacts = self.contacts if self.keeps else None
         pending_events = tuple(self.pending_events or ())
-        return Entries(self.rows, contacts, self._hashed().copy(), tuple(self.waiting_rows()), pending_events)
+        return Entries(self.rows, contacts, self._hashed().copy(), tuple(self._that_wait()), pending_events)
 
     @entries.setter
     def entries(self, entries: Entries) -> None:
@@ -183,7 +183,7 @@ class Ledger:
     ) -> AbstractContextManager[None]:
         """A context in which a recorder is given all rows, first those that have waited, ``observer`` the
         others, and ``counter`` the short rows of contacts (``kernel.tables.MET``), valid during the call."""
-        waiting = [] if recorder is None else self.waiting_rows()
+        waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer
         nobody = recorder is counter is observer is None
@@ -263,8 +263,7 @@ class Ledger:
             begin += len(kept)
         contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
 
-    def waiting_rows(self) -> list[npt.NDArray[np.void]]:
-        """Returns the rows of commands by hand that no recorder has been given."""
+    def _that_wait(self) -> list[npt.NDArray[np.void]]:
         aside, self._held = self._held, []
         for rows, base, bent in aside:
             self._unrecorded.append(_rows(np.frombuffer(rows, ROW), replace(self._clock, base=base), bent))

@@ -322,12 +322,11 @@ class Engine(Tables):
         """Raises PhaseError where a response has written into its rule: no saved run has what is in it."""
         rules = self.composition.rules
         if rules is not None and rules.foreign and self.k.rules.tobytes() != rules.table.tobytes():
-            each_two = [each for row in self.composition.prepared.meets for each in row]
-            wrong = np.flatnonzero(np.asarray(self.k.rules) != np.asarray(rules.table))[0]
-            self.broken = PhaseError(
-                f"{described('response', each_two[wrong].name)} has written into its rule, and can keep nothing "
-                "there: expected a hook that reads rule.first to rule.fourth and gives bodies velocities"
-            )
+            changed = (np.asarray(self.k.rules) != np.asarray(rules.table)).tolist().index(True)
+            row, column = divmod(changed, rules.kinds + 1)
+            who = described("response", self.composition.prepared.meets[row][column].name)
+            why = "has written into its rule, and can keep nothing there: expected a hook that only reads it"
+            self.broken = PhaseError(f"{who} {why}")
             raise self.broken
 
     def _demand_whole(self) -> None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.images import BEAT
-from kinetile.kernel.log import CONTACT, Fingerprint
+from kinetile.kernel.log import CONTACT, INSERTED, Fingerprint
 from kinetile.kernel.tables import NEVER, NOBODY, ROWS, THEMSELVES, Kernel, begun, copy_carried, slots_taken
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds
@@ -132,4 +132,4 @@ def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
 def numbers_of(scene: Scene, history: History) -> int:
     """Returns how many numbers bodies have been given, those of planned insertions among them."""
     coming = [command.body for command in scene.commands if isinstance(command, Insert)]
-    return max([len(scene) - 1, *coming]) + 1 + len(history.inserted)
+    return max([len(scene) - 1, *coming]) + 1 + len(history.kinds(INSERTED))

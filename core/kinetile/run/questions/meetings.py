@@ -38,7 +38,8 @@ from kinetile.kernel.tables import (
     elder,
     record_table,
 )
-from kinetile.run.questions.places import MOST_PERIODS, Point, Query
+from kinetile.run.questions.places import MOST_PERIODS, Point, Query, gaps_to
+from kinetile.scene.bodies import nearest_image
 from kinetile.scene.shapes import Floats, Ints
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
@@ -124,6 +125,7 @@ def cast(
         rows, begins = (np.zeros(0), query.slots) if discs else _differences(query, outline)
         thrown = (*centre, *velocity, outline[1])
         _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, *thrown, ticks)
+    ticks[_overlapping(query, centre, outline)] = query.now
     at = int(ticks.argmin()) if len(ticks) else 0
     found = _walls(query, centre, outline, velocity, pull) if walls else []
     found += [(int(ticks[at]), int(query.slots[at]))] if len(ticks) else []
@@ -159,6 +161,13 @@ def _theirs(query: Query) -> tuple[list[Outline], Ints]:
         return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which
     radii, which = np.unique(query.radii, return_inverse=True)
     return [(DISC, radius) for radius in radii.tolist()], which
+
+
+def _overlapping(query: Query, centre: Point, outline: Outline) -> Ints:
+    """Returns which of the bodies overlap one about a place now, by more than rounding."""
+    apart, reach = nearest_image(query.places - centre, query.periods), query.radii + circle_around(outline)
+    few = np.flatnonzero(np.hypot(*apart.T) < reach)
+    return few[gaps_to(*query.cores(few, outline[0]), apart[few]) < outline[1] - 1e-12 * reach[few]]
 
 
 def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:

@@ -210,6 +210,6 @@ def test_a_cast_disc_sees_no_further_than_bodies_do():
     assert sim.cast((0.375, 0.125, 0.125), (2.0**-10, 0.0)) == (512.0, 512, 0, 0, 0.5)
     assert sim.cast((0.375, 0.125, 0.125), (2.0**-12, 0.0)) is None, "met after 2,048"
     assert sim.cast((1.125 + 2.0**-5, 0.125, 0.125), (-1.0, 0.0)) == (0.0, 0, 0, 0, 0.0)
-    assert sim.cast((1.125, 0.125, 0.125), (0.0, 0.0)) is None
+    assert sim.cast((1.125, 0.125, 0.125), (0.0, 0.0)) == (0.0, 0, 0, 0, 0.0)
     sim.run(until=1.0)
     assert sim.fault is None

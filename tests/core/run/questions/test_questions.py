@@ -1,9 +1,11 @@
 """Questions as users have them, and the command that measures what each costs."""
 
 import importlib.util
+import math
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import kinetile as kt
 from kinetile.kernel.flight import positions_now
@@ -125,3 +127,22 @@ def test_the_table_has_a_row_for_each_question(capsys, monkeypatch):
     assert head.split()[-2:] == ["9", "16"]
     assert len(rows) == 9
     assert all(float(number) > 0.0 for row in rows for number in row.split()[-2:])
+
+
+@pytest.mark.parametrize("periodic", ["", "xy"])
+def test_inside_a_shelf_a_cast_was_free_and_a_ray_met_it_at_once(periodic):
+    """By ``exclude`` both go on from there, and a body from its own place."""
+    places, flies, shapes = [(2, 2), (6, 2), (7, 6)], [(0, 0), (0, 0), (1, 0)], [kt.box(2, 1), kt.disc(0.25)]
+    scene = kt.Scene(places, flies, mass=[math.inf, 1, 1], shapes=shapes, shape=[0, 1, 1], arena=(8, 8))
+    sim = kt.Simulation(scene.replace(periodic=periodic), "naive")
+    for way in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        for size in (0.0, 0.125, kt.box(0.25, 0.25)):
+            assert sim.cast((2.25, 2.125, size), way) == (0.0, 0, 0, 0, 0.0)
+        assert sim.ray((2.25, 2.125), way, within=7.0)[0] == (0, 0.0)
+    assert sim.cast((2.25, 2.0, 0.0), (1, 0), exclude=0) == (3.5, 3, 1 << 51, 1, 3.5)
+    assert sim.ray((2.25, 2.0), (1, 0), exclude=[0, 2], within=4.0) == [(1, 3.5)]
+    assert sim.cast((2.0, 2.5, 0.0), (0, 1), exclude=[2]) is None or periodic
+    own = sim.cast((6.0, 2.0, 0.25), (-1, 0), exclude=1)
+    assert own == (2.75, 2, 3 << 50, 0, 2.75)
+    with pytest.raises(IndexError, match="there is no body 5"):
+        sim.ray((0.0, 0.0), (1, 0), exclude=[0, 5], within=1.0)
