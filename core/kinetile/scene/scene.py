@@ -59,9 +59,9 @@ class Scene:
     ``responses`` are the responses of pairs of kinds, or one for bodies and walls
     (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or inserted later; by default
     they follow from the bodies and from the insertions. ``kind_numbers`` is (n,) the place of each body's
-    kind in ``kinds``. ``settings`` are defaults of a run; ``origin``, its source, with the contacts of a recording, is not
-    compared. ``names`` has a name, or None, for each body; commands may call bodies by them, and by those of
-    insertions: ``numbers`` has the number of each.
+    kind in ``kinds``. ``settings`` are defaults of a run; ``origin``, not compared, is the source of the
+    scene and the contacts of a recording. ``names`` has a name, or None, for each body, for commands, as
+    those of insertions: ``numbers`` has the number of each.
 
     Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
     each body is inside the arena and no two overlap, except those that pass through each other (touching is
