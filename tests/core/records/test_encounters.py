@@ -40,6 +40,16 @@ def test_one_that_is_under_way_has_no_end_and_one_that_turns_has_two_pieces():
     assert math.isnan(one["duration"])
 
 
+def test_one_under_way_ended_with_the_last_row_and_not_where_the_recording_ends():
+    scene = kt.Scene([(1.0, 2.0), (3.0, 2.0)], [(1.0, 0.0), (0.0, 0.0)], 0.5, **PASS)
+    sim, rows = kt.Simulation(scene, "cells"), []
+    sim.run(1.75, recorder=rows.append)
+    trajectory = kt.Trajectory(np.concatenate(rows), sim.recorded())
+    assert trajectory.end == 1.75
+    (one,) = kt.encounters(trajectory)
+    assert one[["begin", "closest", "closest_time"]].tolist() == (1.0, 0.25, 1.75)
+
+
 def test_accelerated_bodies_are_closest_where_a_cubic_is_zero():
     """A thrown disc passes over one at rest: t^4/4 + ... is least at the top of the flight."""
     scene = kt.Scene(

@@ -325,8 +325,7 @@ class Engine(Tables):
             changed = (np.asarray(self.k.rules) != np.asarray(rules.table)).tolist().index(True)
             row, column = divmod(changed, rules.kinds + 1)
             who = described("response", self.composition.prepared.meets[row][column].name)
-            why = "has written into its rule, and can keep nothing there: expected a hook that only reads it"
-            self.broken = PhaseError(f"{who} {why}")
+            self.broken = PhaseError(f"{who} has written into its rule: expected a hook that only reads it")
             raise self.broken
 
     def _demand_whole(self) -> None:
