@@ -745,9 +745,9 @@ class Simulation(Moment):
         """Returns the body that one which starts here and now would meet first, by the present plans.
 
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored, unless "wall" is one of the ``kinds``. It meets at once what it overlaps at the start, and what
-        it touches there if they approach. Of several at one tick the first by number. Along a periodic axis
-        it meets a body through any image, as far ahead as ``next_contact`` looks.
+        ignored, unless "wall" is one of the ``kinds``. It meets at once what it overlaps at the start, or
+        touches there if they approach. Of several at one tick the first by number. Along a periodic axis it
+        meets a body through any image, as far ahead as ``next_contact`` looks.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
