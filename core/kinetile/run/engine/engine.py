@@ -58,7 +58,7 @@ from kinetile.kernel.tables import (
     read_only,
     record_table,
 )
-from kinetile.plugin.calling import calling, place_of
+from kinetile.plugin.calling import calling, described, place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
