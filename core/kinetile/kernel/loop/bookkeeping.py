@@ -11,6 +11,7 @@ import math
 
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import hook, larger, smaller, with_field
+from kinetile.kernel.flight import square_of_speed
 from kinetile.kernel.log import TURNED
 from kinetile.kernel.passings import rule_of
 from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, Records, blame
@@ -138,23 +139,59 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
     stops.b = k.queue[b].number if b >= 0 else b
 
 
+SQUEEZED_BY, SQUEEZED_TO = 1000.0, 0.01
+"""How many times as fast as those that push it a squeezed body is, at the least; and what it flies between
+two contacts, of its radius, at the most."""
+
+
 @hook
-def _ticks_of_a_jam(k: Kernel) -> float:
-    """Return in how many ticks a window of contacts shows a jam: less than 1e-13 of the smallest radius of
-    flight each, at the speed of the fastest body. Both are those of the present bodies: bounds for all time
-    know the commands of a scene, and a run with commands by hand and its recording would jam apart."""
+def _pull(plan: Records) -> float:
+    return float(abs(plan.ax) + abs(plan.ay))
+
+
+@with_field("ax", _pull)
+@hook
+def _pull_on(plan: Records) -> float:
+    """Return a bound of the present acceleration of a body."""
+    return 0.0
+
+
+@hook
+def _ticks_of_a_jam(k: Kernel, a: int, b: int) -> float:
+    """Return in how many ticks a window of contacts, the last of them that of a and b, shows a jam.
+
+    In a jam each takes less than 1e-13 of the smallest radius of flight, at the speed of the fastest body. In
+    a squeeze, between immovable bodies that close in, or one and a wall, flights become short much later,
+    after as many contacts as the body's speed is a multiple of theirs. So it is known by its speed: a
+    thousand times that of the fastest that pushes, and with 10^4 times the energy that the start and commands
+    have given to all. Bodies are the present ones: bounds for all time know the commands of a scene, and a
+    run with commands by hand and its recording would jam apart.
+    """
     clock = k.clock[0]
     radius = math.inf
-    squares = 0.0
+    squares = pushing = energy = 0.0
     for slot in range(clock.bodies):
         if k.queue[slot].number >= 0:
             body = k.bodies[slot]
+            square = square_of_speed(body)
             radius = smaller(radius, body.radius)
-            squares = larger(squares, body.vx * body.vx + body.vy * body.vy)
+            squares = larger(squares, square)
+            if k.mass[slot] < math.inf:
+                energy += 0.5 * k.mass[slot] * square
+            else:
+                pushing = larger(pushing, square)
     if squares == 0.0:
         return 0.0
-    flight = 1e-13 * radius / math.sqrt(squares) * clock.per_time
-    return float(smaller(clock.jam.window_size * flight, float(SPAN)))
+    flight = 1e-13 * radius / math.sqrt(squares)
+    given = larger(energy - k.counts[0].answered_energy, 0.0)
+    for slot in (a, b):
+        if slot >= 0 and pushing > 0.0 and k.mass[slot] < math.inf:
+            body = k.bodies[slot]
+            square = square_of_speed(body)
+            slow = larger(pushing, 2.0 * _pull_on(body) * body.radius)
+            if square > SQUEEZED_BY**2 * slow and 0.5 * k.mass[slot] * square > 1e4 * given:
+                flight = SQUEEZED_TO * body.radius / math.sqrt(square) / clock.present
+    return float(smaller(clock.jam.window_size * flight * clock.per_time, float(SPAN)))
 
 
 @hook
@@ -169,7 +206,7 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     jam.spins = 0
     jam.window += 1
     if jam.window >= jam.window_size:
-        if tick - jam.window_tick <= _ticks_of_a_jam(k):
+        if tick - jam.window_tick <= _ticks_of_a_jam(k, a, b):
             blame(k, JAMMED, a, b)
         jam.window = 0
         jam.window_tick = tick
