@@ -15,7 +15,16 @@ from typing import Any, NamedTuple, NoReturn, Self, cast
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import FAULTS, BadOption, BusyError, NoRoom, PhaseError, RecordError, answering
+from kinetile.errors import (
+    FAULTS,
+    BadOption,
+    BusyError,
+    NoRoom,
+    PhaseError,
+    RecordError,
+    ZenoError,
+    answering,
+)
 from kinetile.explanation import Modelled, explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
@@ -262,6 +271,7 @@ class Simulation(Moment):
         recorder: Recorder | RowFunction | None = None,
         stop_at: StopAt | None = None,
         on_contact: OnContact | None = None,
+        on_jam: Callable[[ZenoError], object] | None = None,
         observe: Sequence[str] | Observed = (),
         duration: float | None = None,
     ) -> Event | None:
@@ -282,12 +292,14 @@ class Simulation(Moment):
                 functions by kinds: ``{"ball": f, ("bullet", "wall"): g}``. It may give commands, which happen
                 at that very time (a removal ends passings: it is called with a "part" of the body that has
                 gone); if it returns True the run stops there. An error ends the run at that contact.
+            on_jam: a function that is called with the error where bodies are jammed or squeezed. The run goes
+                on if it gives a command, such as one that moves, turns or removes a body.
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
                 ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
             duration: instead of ``until``: for how long to run from the present time on.
 
         Raises:
-            ZenoError: the bodies are jammed.
+            ZenoError: the bodies are jammed, or one is squeezed, and ``on_jam`` has not changed that.
             MissedContactError: a contact was missed or found too late.
             PhaseError: a phase broke the protocol.
             AuditError: an audit found a violation.
@@ -323,10 +335,20 @@ class Simulation(Moment):
                 progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
             def run_to(to: End) -> Event | None:
+                last: object = None
                 while True:
-                    event = self._with_kinds(
-                        advance(engine, to, self._audit, None if progress is None else report)
-                    )
+                    try:
+                        event = advance(engine, to, self._audit, None if progress is None else report)
+                    except ZenoError as jam:
+                        if on_jam is None or (jam.time, jam.bodies) == last:
+                            raise
+                        last = jam.time, jam.bodies
+                        with Interruptible():
+                            on_jam(jam)
+                        if engine.fields.fault.code[0] == JAMMED:  # no command was given
+                            raise
+                        continue
+                    event = self._with_kinds(event)
                     if event is None or calls is None:
                         return event
                     with Interruptible():

@@ -22,6 +22,7 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import plans_now
 from kinetile.kernel.log import OF_KIND, WALLS
+from kinetile.kernel.loop.bookkeeping import SQUEEZED_BY
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
@@ -58,10 +59,11 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     if fault in (tables.TOO_DEEP, tables.LATE_CONTACT):
         return MissedContactError(f"{at} {_missed(composition, fault, b, named)}", time=time, bodies=bodies)
     if fault == tables.JAMMED:
-        message = (
-            f"{at} the bodies are jammed: {int(clock.jam.window_size)} contacts took next to no "
-            f"time, the last of them between {named}; nothing can move on from here"
-        )
+        squeezed = _squeezed(k, slots)
+        many = f"{int(clock.jam.window_size)} contacts took next to no time, the last of them between {named}"
+        message = f"{at} the bodies are jammed: {many}; nothing can move on from here"
+        if squeezed is not None:
+            message = f"{at} body {squeezed} is squeezed by immovable bodies that close in: {many}"
         return ZenoError(message, time=time, bodies=bodies)
     if fault == tables.NOT_FINITE:
         return PhaseError(
@@ -180,6 +182,17 @@ def part_head_on(k: Kernel, a: int, b: int) -> float:
     one.anchor = two.anchor = k.clock[0].now
     collide(k, a, b)
     return float(two.vx - one.vx)
+
+
+def _squeezed(k: Kernel, slots: tuple[int, int]) -> int | None:
+    """Returns the number of the one of two bodies that is squeezed (``bookkeeping``), or None in a jam."""
+    speed = np.hypot(k.bodies.vx, k.bodies.vy)
+    fixed = np.isinf(k.mass[: len(speed)])
+    pushing = float(speed[fixed & (k.queue.number >= 0)].max(initial=0.0))
+    found = [
+        each for each in slots if each >= 0 and not fixed[each] and speed[each] > SQUEEZED_BY * pushing > 0
+    ]
+    return int(k.queue.number[found[0]]) if found else None
 
 
 def _pass_through(k: Kernel, composition: Composition, a: int, b: int) -> bool:
