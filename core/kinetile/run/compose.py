@@ -425,6 +425,11 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     if scene.bent:
         _demand_bent(given, scene.arena is None or wall is not None)
     walled = scene.arena is not None and wall is not None
+    if pair is not None and scene.arena is not None and wall is None and scene.periodic != "xy":
+        raise Refused(
+            f"no narrow phase for walls is among {', '.join(narrow)}, and bodies would leave the arena: add "
+            "wall, or leave the arena out of the scene"
+        )
     if broad.walled and not walled:
         lacks = "this scene has no arena" if scene.arena is None else "no narrow phase for walls is named"
         raise _BroadPhaseRefuses(f"{name} is right only while walls keep bodies in an arena, and {lacks}")

@@ -119,10 +119,11 @@ def test_what_has_nothing_to_decide_in_a_scene_is_not_composed():
     boxes = room((kt.box(0.5, 0.5),))
     with registered(*PLUGINS):
         both, one = (
-            kt.Simulation(boxes, narrow_phases=narrow) for narrow in (("boxes", "convex"), ("boxes",))
+            kt.Simulation(boxes, narrow_phases=(*narrow, "wall"))
+            for narrow in (("boxes", "convex"), ("boxes",))
         )
         assert composition_of(both).pair.meet is composition_of(one).pair.meet
-        discs = kt.Simulation(kt.make_scene("two-discs"), narrow_phases=("disc", "convex"))
+        discs = kt.Simulation(kt.make_scene("two-discs"), narrow_phases=("disc", "convex", "wall"))
     assert composition_of(discs).pair.alike
 
 

@@ -238,8 +238,8 @@ def test_a_snapshot_of_something_else_changes_nothing():
     before = sim.snapshot()
     with pytest.raises(RecordError, match="of another scene"):
         sim.restore(kt.Simulation(kt.make_scene("grid", bodies=4)).snapshot())
-    with pytest.raises(RecordError, match="the narrow phases disc, and"):
-        sim.restore(kt.Simulation(sim.scene, narrow_phases=["disc"]).snapshot())
+    with pytest.raises(RecordError, match="the narrow phases wall, and"):
+        sim.restore(kt.Simulation(sim.scene, narrow_phases=["wall"]).snapshot())
     other = kt.Simulation(sim.scene).snapshot()
     options = {name: {"odd": 1} for name in other.phases.narrow_phases}
     with pytest.raises(RecordError, match="or other options of them"):
