@@ -54,10 +54,10 @@ def test_run_prints_a_table_with_units():
 
 
 def test_run_takes_options_of_the_phases():
-    one = printed("run -s bodies=4 --broad-phase sap-1d:axis=y --narrow-phase wall")
-    two = printed("run -s bodies=4 --broad-phase sap-1d -o axis=y --narrow-phase wall")
+    one = printed("run -s bodies=4 --broad-phase sap-1d:axis=y --narrow-phase disc --narrow-phase wall")
+    two = printed("run -s bodies=4 --broad-phase sap-1d -o axis=y --narrow-phase disc --narrow-phase wall")
     assert one["options"] == two["options"] == {"axis": "y"}
-    assert one["narrow_phases"] == {"wall": {}}
+    assert one["narrow_phases"] == {"disc": {}, "wall": {}}
     assert one["readings"]["contacts_wall"] == 0
 
 

@@ -52,8 +52,8 @@ def test_it_is_that_of_the_tables_for_drawn_scenes(scene):
 
 
 def test_where_walls_are_left_out_bodies_reach_further_and_arrange_sees_it():
-    scene = without_walls(kt.make_scene("two-discs"))
-    engine = engine_of(scene)
+    scene = kt.make_scene("two-discs")
+    engine = engine_of(without_walls(scene))
     skin = skin_at_start(scene, walls=False).delta
     assert (engine.k.bodies.reach == scene.radius + skin).all()
     assert (engine.k.bodies.reach > reach_of(scene)).all()
