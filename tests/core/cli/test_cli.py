@@ -58,7 +58,7 @@ def test_run_takes_options_of_the_phases():
     two = printed("run -s bodies=4 --broad-phase sap-1d -o axis=y --narrow-phase disc --narrow-phase wall")
     assert one["options"] == two["options"] == {"axis": "y"}
     assert one["narrow_phases"] == {"disc": {}, "wall": {}}
-    assert one["readings"]["contacts_wall"] == 0
+    assert one["readings"]["contacts_wall"] > 0
 
 
 def test_a_number_of_contacts_is_an_end_too():
