@@ -335,12 +335,8 @@ def compose_phases(
     arena. Raises UnknownName, BadOption for an option that a phase does not have or does not accept, and
     Refused where one does not accept this scene."""
     name = scene.settings.broad_phase if broad_phase is None else broad_phase
-    name, own = _with_options(DEFAULT_BROAD_PHASE if name is None else name)
+    name, own = read_phase(DEFAULT_BROAD_PHASE if name is None else name)
     return _compose(scene, name, _named(scene, narrow_phases), own | dict(options or {}))
-
-
-def _with_options(text: Any) -> tuple[Any, dict[str, Any]]:
-    return read_phase(text) if isinstance(text, str) else (text, {})
 
 
 def _named(scene: Scene, narrow: Sequence[str] | Named | None) -> Named:
@@ -358,7 +354,7 @@ def read_narrow_phases(narrow: Sequence[str] | Named) -> Named:
     right = VALUES["options" if isinstance(given, Mapping) else "narrow-phases"].expected(given)
     if right:
         raise BadOption(f"narrow_phases is {shown(given)}; expected {right}")
-    return given if isinstance(given, Mapping) else dict(map(_with_options, given))
+    return given if isinstance(given, Mapping) else dict(map(read_phase, given))
 
 
 class _BroadPhaseRefuses(Refused):
