@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from kinetile.errors import BadOption, KinetileError
+from kinetile.errors import BadOption, KinetileError, RecordError
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
@@ -34,10 +34,8 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
 
 def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[KinetileError]) -> Path:
     """Returns ``writable_target``; raises ``refused`` if impossible, or there (unless ``overwrite``)."""
-    try:
+    with record_errors(f"{path} cannot be written", raised=refused):
         target = writable_target(path)
-    except OSError as error:
-        raise refused(f"{path} cannot be written: {error.strerror or error}") from error
     if target.exists() and not overwrite:
         raise refused(
             f"{path} is there already: choose another name, or have it overwritten (overwrite=True, or "
@@ -57,11 +55,31 @@ def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[Binar
     with suppress(OSError):  # there is none, or it cannot be read
         overwrite = overwrite or MARK.encode() in writable_target(path).read_bytes()
     new_target(path, overwrite, BadOption)
+    with record_errors(f"{path} cannot be written", raised=BadOption), replacing(path) as file:
+        yield file
+
+
+@contextmanager
+def record_errors(
+    what: str,
+    behind: str = "",
+    of: type[Exception] = OSError,
+    raised: type[KinetileError] = RecordError,
+) -> Iterator[None]:
+    """Within this context an error of the system becomes a RecordError, or another one: ``what`` cannot be
+    done, why, and what is ``behind`` that. ``of`` is Exception for work of pyarrow, which may raise anything,
+    for a damaged file MemoryError included."""
     try:
-        with replacing(path) as file:
-            yield file
-    except OSError as error:
-        raise BadOption(f"{path} cannot be written: {error.strerror or error}") from error
+        yield
+    except KinetileError:
+        raise
+    except of as error:
+        raise raised(f"{what}: {reason(error)}{behind}") from error
+
+
+def reason(error: Exception) -> str:
+    """Returns the error, in the system's own words if it has any."""
+    return (isinstance(error, OSError) and error.strerror) or str(error)
 
 
 def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:

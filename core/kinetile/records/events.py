@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.log import ANSWER, INSERTED, LOG, REMOVED
-from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules, reason, record_errors
+from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules
 from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
 from kinetile.records.reading import KindsByHand, read_events
@@ -36,7 +36,7 @@ from kinetile.run.interrupts import Unbroken
 from kinetile.run.moment import Moment
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
-from kinetile.targets import mode_of
+from kinetile.targets import mode_of, reason, record_errors
 from kinetile.versions import versions
 
 _ROWS_A_BATCH = 1 << 16

@@ -11,20 +11,19 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetile.errors import KinetileError, RecordError
+from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
 from kinetile.lazy import needed
 from kinetile.records.locks import open_left
 from kinetile.records.log import SIGNATURE, LogReader, Seal
 from kinetile.sources import open_regular
-from kinetile.targets import new_target, replacing
+from kinetile.targets import new_target, record_errors, replacing
 
 KEYS = ("kinetile", "kinetile.scene", "kinetile.digest")
 """The keys of a file's metadata: as JSON, the scene as TOML, and the digest."""
@@ -160,21 +159,3 @@ def pyarrow_modules() -> tuple[Any, Any]:
     """Returns pyarrow and pyarrow.parquet; MissingExtra without them."""
     what = "Reading and writing event files", "pyarrow", "records"
     return needed(*what), needed(*what, "pyarrow.parquet")
-
-
-@contextmanager
-def record_errors(what: str, behind: str = "", of: type[Exception] = OSError) -> Iterator[None]:
-    """Within this context an error of the system becomes a RecordError: ``what`` cannot be done, why, and
-    what is ``behind`` that. ``of`` is Exception for work of pyarrow, which may raise anything, for a damaged
-    file MemoryError included."""
-    try:
-        yield
-    except KinetileError:
-        raise
-    except of as error:
-        raise RecordError(f"{what}: {reason(error)}{behind}") from error
-
-
-def reason(error: Exception) -> str:
-    """Returns the error, in the system's own words if it has any."""
-    return (isinstance(error, OSError) and error.strerror) or str(error)

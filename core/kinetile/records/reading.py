@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.log import LOG
-from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules, record_errors
+from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules
 from kinetile.records.log import Seal
 from kinetile.scene import Scene
 from kinetile.scene.checks import WALL, is_finite, shown
@@ -24,6 +24,7 @@ from kinetile.scene.files import loads_scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.values import body_numbers
 from kinetile.sources import check_regular
+from kinetile.targets import record_errors
 
 _COLUMNS = LOG.names or ()
 

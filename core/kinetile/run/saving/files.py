@@ -44,13 +44,14 @@ from kinetile.scene import Accelerate, Insert, Move, Remove, Response, Scene, Se
 from kinetile.scene.checks import shown
 from kinetile.scene.shapes import Shape
 from kinetile.sources import open_regular
-from kinetile.targets import replacing, writable_target
+from kinetile.targets import reason, record_errors, replacing, writable_target
 
 HEAD = "kinetile_saved_run"
 _FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
 """Where the name of the first member lies in an archive: by that a file of ours is known."""
 _CHECKSUM = 64
 _AT_ONCE = 1 << 24
+_AS_IT_WAS = "; what was there under this name is as it was"
 _NOT_SO = (TypeError, ValueError, LookupError, ArithmeticError, AttributeError, RecursionError, MemoryError)
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -392,7 +393,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     name = os.fspath(path)
     if not Path(name).name:
         raise RecordError(f"{name!r} names no file: expected the path of a file")
-    try:
+    with record_errors(f"{name} cannot be written", _AS_IT_WAS):
         target = writable_target(path)
         if target.exists():
             with target.open("rb") as file:
@@ -402,10 +403,6 @@ def check_target(path: str | os.PathLike[str]) -> Path:
                     f"{name} is there and is no saved simulation, so it is not replaced: choose another "
                     "name, or move it away"
                 )
-    except RecordError:
-        raise
-    except OSError as error:
-        raise _unwritable(name, error) from error
     return target
 
 
@@ -418,25 +415,16 @@ def write_whole(
     try:
         with replacing(target) as file:
             pack(snapshot, file, note)
-    except OSError as error:
-        raise _unwritable(os.fspath(path), error) from error
+    except OSError as error:  # a RecordError is one
+        raise RecordError(f"{os.fspath(path)} cannot be written: {reason(error)}{_AS_IT_WAS}") from error
 
 
 def read_whole(path: str | os.PathLike[str]) -> bytes:
     """Returns the content of a saved run; RecordError where it cannot be read, or is no saved run."""
-    try:
-        with open_regular(path) as file:
-            _check_begin(file.read(_FIRST_NAME.stop), os.fspath(path))
-            file.seek(0)
+    with record_errors(f"{os.fspath(path)} cannot be read"), open_regular(path) as file:
+        _check_begin(file.read(_FIRST_NAME.stop), os.fspath(path))
+        file.seek(0)
+        try:
             return file.read()
-    except RecordError:
-        raise
-    except MemoryError as error:
-        raise RecordError(f"{os.fspath(path)} cannot be read: it is larger than the memory") from error
-    except OSError as error:
-        raise RecordError(f"{os.fspath(path)} cannot be read: {error.strerror or error}") from error
-
-
-def _unwritable(name: str, error: OSError) -> RecordError:
-    why = error.strerror or error
-    return RecordError(f"{name} cannot be written: {why}; what was there under this name is as it was")
+        except MemoryError as error:
+            raise RecordError(f"{os.fspath(path)} cannot be read: it is larger than the memory") from error
