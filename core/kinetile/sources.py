@@ -32,7 +32,12 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def _check(mode: int, path: str | os.PathLike[str]) -> None:
+    check_mode(mode, "it is no regular file, so it is not read", os.fspath(path))
+
+
+def check_mode(mode: int, wrong: str, *name: str) -> None:
+    """Raises OSError, with what is ``wrong`` and perhaps the name, unless a mode is of a regular file."""
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), *name)
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "it is no regular file, so it is not read", os.fspath(path))
+        raise OSError(errno.EINVAL, wrong, *name)

@@ -3,7 +3,6 @@ by its name, so no full disk, signal or kill takes an old file away (``tests/tes
 
 from __future__ import annotations
 
-import errno
 import glob
 import os
 import secrets
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from kinetile.errors import BadOption, KinetileError, RecordError
+from kinetile.sources import check_mode
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
@@ -25,10 +25,7 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
         mode = target.stat().st_mode
     except FileNotFoundError:
         return target
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "it is there and is no regular file, so it is not replaced")
+    check_mode(mode, "it is there and is no regular file, so it is not replaced")
     return target
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from pathlib import PurePath
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -229,13 +229,7 @@ def corners_of(shape: Item) -> list[Place]:
     if isinstance(shape, Box):
         (left, bottom), (right, top) = shape.low, shape.high
         points = ((left, bottom), (right, bottom), (right, top), (left, top))
-    return [(_number(x), _number(y)) for x, y in points]
-
-
-def _number(value: float | At) -> float:
-    if isinstance(value, At):
-        raise TypeError(f"{value} moves with a body; expected a shape of a picture")
-    return value
+    return cast("list[Place]", [*points])
 
 
 def _placed(

@@ -65,10 +65,6 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         if squeezed is not None:
             message = f"{at} body {squeezed} is squeezed by immovable bodies that close in: {many}"
         return ZenoError(message, time=time, bodies=bodies)
-    if fault == tables.NOT_FINITE:
-        return PhaseError(
-            f"{at} a contact of {named} has no outcome in finite numbers, as where centres meet"
-        )
     if fault in (tables.BAD_RESPONSE, tables.ADDED_ENERGY):
         return PhaseError(f"{at} {_bad_response(k, composition, fault, slots, named)}")
     if fault == tables.STALLED:
@@ -78,12 +74,12 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
     if fault >= tables.MY_FAULT:
         return PhaseError(f"{at} {phase} {_its_own(composition, fault - tables.MY_FAULT, a, b)}")
-    if fault == tables.BAD_PARTNER:
-        return PhaseError(
-            f"{at} {_narrow_phases(composition)} named body {b} as the first that body {a} meets, which is "
-            "no body of the scene"
-        )
-    room = len(k.near) - tables.SPARE
+    room, narrow = len(k.near) - tables.SPARE, _narrow_phases(composition)
+    met = f"named body {b} as the first that body {a} meets, which is no body of the scene"
+    apart = {
+        tables.NOT_FINITE: f"a contact of {named} has no outcome in finite numbers, as where centres meet",
+        tables.BAD_PARTNER: f"{narrow} {met}",
+    }
     broken = {
         tables.BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
         tables.BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {room}",
@@ -91,7 +87,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         tables.BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
         tables.UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
-    return PhaseError(f"{at} {phase} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+    of_phase = broken.get(fault, f"left fault {fault} ({a}, {b})")
+    return PhaseError(f"{at} {apart.get(fault, f'{phase} {of_phase}')}")
 
 
 def _missed(composition: Composition, fault: int, other: int, named: str) -> str:
