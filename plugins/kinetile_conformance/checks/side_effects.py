@@ -17,8 +17,9 @@ import tracemalloc
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -196,16 +197,16 @@ SECONDS = 60.0
 """CPU seconds for a simulation in a child."""
 
 
-def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Sequence[Any]) -> str | None:
-    """Returns what is seen of a phase whose hooks are interpreted, on some scenes; None: nothing. Refused
+def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Sequence[Any]) -> None:
+    """Raises Disagreement for what is seen of a phase whose hooks are interpreted, on some scenes; Refused
     where it refuses all, or cannot be sent to an interpreter; TimeIsUp after SECONDS."""
-    if INTERPRETED:
-        return look(subject, scenes)
+    there = partial(in_a_child, look, environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS)
     try:
-        environment = {"NUMBA_DISABLE_JIT": "1"}
-        return cast(str | None, in_a_child(look, subject, scenes, environment=environment, seconds=SECONDS))
+        text = (look if INTERPRETED else there)(subject, scenes)
     except Died as died:
-        return f"interpreted, its process ended ({died})"
+        text = f"interpreted, its process ended ({died})"
+    if text is not None:
+        raise Disagreement(text)
 
 
 def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
@@ -229,6 +230,4 @@ def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str |
 def writes_only_where_it_may(case: Case) -> None:
     """Interpreted, its hooks change nothing that is not theirs, use no index outside of an array, and raise
     nothing"""
-    text = interpreted(first_breach, case.subject, small_ones())
-    if text is not None:
-        raise Disagreement(text)
+    interpreted(first_breach, case.subject, small_ones())
