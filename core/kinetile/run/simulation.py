@@ -613,10 +613,7 @@ class Simulation(Moment):
         engine = self._engine
         played = engine.history.in_scene(engine.scene, engine.clock)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
-        origin = {
-            **played.origin,
-            "contacts": engine.contacts - engine.met_now,
-        }  # some of now may have no row
+        origin = dict(played.origin, contacts=engine.contacts - engine.met_now)  # some of now may have no row
         return relabelled(
             played, settings=replace(played.settings, until=engine.time, end=end), origin=origin
         )

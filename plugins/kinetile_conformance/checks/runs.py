@@ -267,9 +267,8 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
         shapes = given["shape"] if sim.scene.shapes else None
         kinds = None if None in given["kind"] else given["kind"]
         given |= {"shape": shapes, "kind": kinds, "acceleration": command.acceleration}
-        place, flies = given.pop("position"), given.pop("velocity")
         try:
-            new = sim.insert_many(place, flies, **given).numbers.tolist()
+            new = sim.insert_many(given.pop("position"), given.pop("velocity"), **given).numbers.tolist()
             numbers.update((each.body, n) for each, n in zip(coming, new, strict=True) if n >= 0)
         except TooThick:
             raise
