@@ -141,18 +141,18 @@ def _walls(
     query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point
 ) -> list[tuple[int, int]]:
     """Returns when what is cast meets walls, as far ahead as bodies, and which, first those of x."""
-    clock, found, (core, r) = query.k.clock[0], list[tuple[int, int]](), outline
-    last = query.now + query.ahead(velocity) if any(query.periods) else NEVER
+    clock, (core, r), walls, gaps = query.k.clock[0], outline, list[int](), list[Floats]()
     for axis, side in enumerate((clock.limits.width, clock.limits.height)):
         at, v, a, spots = centre[axis], velocity[axis], pull[axis], [corner[axis] for corner in core]
         ends = (-1, at, 0.0, r - min(spots), 1.0), (-2, side, at, r + max(spots), -1.0)
         for wall, *gap, way in ends if side and not query.periods[axis] else ():
-            closes: Callable[..., int] = bent_wall if a else reaches
-            rates = (way * v, way * a) if a else (abs(v),)
-            delay = closes(*gap, *rates, clock.tick, clock.per_time)
-            if delay != NEVER and query.now + delay < last and (a or way * v < 0.0):
-                found.append((query.now + delay, wall - 2 * axis))
-    return found
+            if a or way * v < 0.0:
+                walls.append(wall - 2 * axis)
+                gaps.append(np.array([*gap, way * v, way * a]))
+    ticks, rows = np.full(len(walls), NEVER), np.array(gaps, dtype=np.float64).reshape(-1, 5)
+    _composed(ticks_of_gaps)(query.packed, rows, ticks)
+    last = query.now + query.ahead(velocity) if any(query.periods) else NEVER
+    return [(tick, wall) for tick, wall in zip(ticks.tolist(), walls, strict=True) if tick < last]
 
 
 def _theirs(query: Query) -> tuple[list[Outline], Ints]:
@@ -326,6 +326,20 @@ def tick_of_wall(k: Kernel, body: int, answer: Ints) -> None:
     tick, wall = reach_wall(k, k.bodies[body])
     answer[0] = tick
     answer[1] = wall
+
+
+def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Ints) -> None:
+    """Template: writes down when gaps close, each far - near - radius, with its slope and its pull."""
+    k = disowned(k)
+    clock = k.clock[0]
+    for i in range(len(gaps)):
+        far, near, radius, slope, pull = gaps[i]
+        if pull != 0.0:
+            delay = bent_wall(far, near, radius, slope, pull, clock.tick, clock.per_time)
+        else:
+            delay = reaches(far, near, radius, -slope, clock.tick, clock.per_time)
+        if delay != NEVER:
+            ticks[i] = clock.now + delay
 
 
 def ticks_of_cast(
