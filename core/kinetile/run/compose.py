@@ -419,12 +419,13 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     if scene.periodic:
         _demand_periodic(scene, (name, broad), given)
     if scene.bent:
-        _demand_bent(given, scene.arena is None or wall is not None)
+        _demand_bent(given)
     walled = scene.arena is not None and wall is not None
-    if pair is not None and scene.arena is not None and wall is None and scene.periodic != "xy":
+    open_walls = scene.arena is not None and wall is None and scene.periodic != "xy"
+    if open_walls and (pair is not None or scene.bent):
         raise Refused(
-            f"no narrow phase for walls is among {', '.join(narrow)}, and bodies would leave the arena: add "
-            "wall, or leave the arena out of the scene"
+            f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies would leave the arena: "
+            "name wall, or leave the arena out of the scene"
         )
     if broad.walled and not walled:
         lacks = "this scene has no arena" if scene.arena is None else "no narrow phase for walls is named"
@@ -448,18 +449,13 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     return found
 
 
-def _demand_bent(narrow: Mapping[str, PairParts | WallParts], held: bool) -> None:
+def _demand_bent(narrow: Mapping[str, PairParts | WallParts]) -> None:
     for name, parts in narrow.items():
         if not parts.bent or parts.touch is None:
             lacks = "does not know accelerations (bent=True)"
             if parts.bent:
                 lacks = "does not say along which line bodies touch (touch)"
             raise Refused(f"{described('narrow phase', name)} {lacks}, and bodies of this scene have some")
-    if not held:
-        raise Refused(
-            f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies of this scene are "
-            "accelerated: name wall"
-        )
 
 
 def _demand_periodic(

@@ -258,6 +258,11 @@ def anything(k, body):
     raise NotImplementedError
 
 
+@hook
+def any_answer(k, body, wall):
+    raise NotImplementedError
+
+
 @pytest.mark.parametrize(
     ("narrow", "why"),
     [(("disc",), "of disc none is for walls"), (("disc", "elsewhere"), "does not know accelerations")],
@@ -265,7 +270,7 @@ def anything(k, body):
 def test_walls_that_do_not_know_falling_bodies_are_refused(narrow, why):
     class Elsewhere:
         def prepare(self, scene):
-            return WallParts(anything, anything)
+            return WallParts(anything, any_answer)
 
     spec = kt.NarrowPhaseSpec("elsewhere", Elsewhere, role="wall")
     with registered(spec), pytest.raises(Refused, match=why):

@@ -77,6 +77,9 @@ def test_a_program_had_to_catch_the_error_of_a_squeeze_and_run_again():
     sim = kt.Simulation(between_paddles(), "cells")
     sim.run(until=0.1, max_contacts=100_000, on_jam=lambda jam: release(sim, jam))
     assert len(told) == 1
+    again = kt.Simulation(sim.recorded(), "naive")  # which jammed before the command that ends the jam
+    again.run(until=0.1, max_contacts=100_000)
+    assert again.fingerprint == sim.fingerprint
     with pytest.raises(ZenoError):  # a function that changes nothing
         kt.Simulation(between_paddles(), "cells").run(until=0.1, on_jam=lambda jam: told.append(jam.bodies))
     assert len(told) == 2

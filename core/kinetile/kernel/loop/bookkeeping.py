@@ -195,6 +195,17 @@ def _ticks_of_a_jam(k: Kernel, a: int, b: int) -> float:
 
 
 @hook
+def _has_command(k: Kernel, tick: int) -> bool:
+    """Whether a command is due after the contacts that a tick has had: it may be what has ended this jam, in
+    the run of which this one is the recording."""
+    clock = k.clock[0]
+    if clock.lists.command >= clock.lists.commands:
+        return False
+    command = k.commands[clock.lists.command]
+    return bool(command.tick == tick and command.after <= clock.met_there)
+
+
+@hook
 def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     """Count what has happened at a tick, see whether it is the first that is watched, and look for jams."""
     clock = k.clock[0]
@@ -206,7 +217,7 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     jam.spins = 0
     jam.window += 1
     if jam.window >= jam.window_size:
-        if tick - jam.window_tick <= _ticks_of_a_jam(k, a, b):
+        if tick - jam.window_tick <= _ticks_of_a_jam(k, a, b) and not _has_command(k, tick):
             blame(k, JAMMED, a, b)
         jam.window = 0
         jam.window_tick = tick

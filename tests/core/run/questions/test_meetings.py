@@ -64,7 +64,8 @@ def test_where_bodies_pass_through_each_other_they_never_meet():
     assert sim.next_contact(0, 1) is None
     assert sim.next_contact_of(0).b == -2
     assert sim.cast((3.0, 1.0, 0.0), (0.0, 0.0)) == (1.75, 1, 3 << 50, 0, 0.0), "a point"
-    with pytest.raises(Refused, match="no narrow phase for walls is among disc, and bodies would leave"):
+    assert sim.cast((3.0, 1.0, 0.25), (0.0, -1.0), kinds="wall") == (0.75, 0, 3 << 50, -3, 0.75)
+    with pytest.raises(Refused, match="of disc none is for walls, and bodies would leave"):
         kt.Simulation(scene, "naive", narrow_phases=("disc",))  # discs flew out through the walls
 
 
