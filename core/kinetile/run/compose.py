@@ -424,8 +424,8 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     open_walls = scene.arena is not None and wall is None and scene.periodic != "xy"
     if open_walls and (pair is not None or scene.bent):
         raise Refused(
-            f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies would leave the arena: "
-            "name wall, or leave the arena out of the scene"
+            f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies would leave the "
+            "arena: name wall, or leave the arena out of the scene"
         )
     if broad.walled and not walled:
         lacks = "this scene has no arena" if scene.arena is None else "no narrow phase for walls is named"
