@@ -1,6 +1,7 @@
 """Programs that are no Python are found, tried, then used; tests skip what does not run, and say why."""
 
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -29,11 +30,12 @@ def test_a_program_that_is_there_and_does_not_run_was_used(name, case, tmp_path,
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}/nowhere")
     programs.found_and_tried.cache_clear()
     try:
-        with pytest.raises(pytest.skip.Exception, match=f"(?s){file} does not run: .*({reason})"):
+        found = re.escape(str(file))
+        with pytest.raises(pytest.skip.Exception, match=f"(?s){found} does not run: .*({reason})"):
             programs.program(name)
         file.unlink()
         programs.found_and_tried.cache_clear()
-        with pytest.raises(pytest.skip.Exception, match=f"there is no {name} here"):
+        with pytest.raises(pytest.skip.Exception, match=f"there is no {re.escape(name)} here"):
             programs.program(name)
     finally:
         programs.found_and_tried.cache_clear()

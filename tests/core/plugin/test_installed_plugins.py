@@ -203,7 +203,7 @@ FAILURES = [
     "No module named 'a_module_that_is_not_there'",
     "kinetile-leaves:leaves (kinetile-leaves 0.2.0): SystemExit: 3",
     "kinetile-raises:raises (kinetile-raises 0.2.0): BadPlugin: its hook kinetile_scenes raised "
-    "RuntimeError: a bad day, all day",
+    "RuntimeError: a bad day, all day (kinetile_raises.py, line 5)",
 ]
 
 
