@@ -90,8 +90,9 @@ _COUNTS = [name for name in Readings.__annotations__ if name in (COUNTS.names or
 def readings_of(engine: Engine, start_energy: float) -> Readings:
     """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
     k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
-    expected = start_energy + float(counts.commanded_energy) + float(counts.answered_energy)
-    scale = max(abs(start_energy), abs(expected))
+    commanded, answered = float(counts.commanded_energy), float(counts.answered_energy)
+    expected = start_energy + commanded + answered
+    scale = max(map(abs, (start_energy, expected, commanded, answered)))  # expected may be mere rounding
     same: Any = {name: int(counts[name]) for name in _COUNTS}
     return Readings(
         **same,

@@ -72,6 +72,8 @@ def test_galton_s_board_ended_before_a_ball_had_landed() -> None:
     assert printed("run galton -s rows=2 -s balls=2")["run"]["time"] == 14.0
     sim = Simulation(scene, "naive")
     assert film(sim).times[-1] == view(sim).page.recordings[0].end / 2**52 == 14.0
+    sim.run()
+    assert (len(sim.bodies), sim.readings.unaccounted_energy < 1e-12) == (len(scene), True)
 
 
 def test_dyadic_lattices_are_exact_and_touch() -> None:
