@@ -32,6 +32,12 @@ def small_film(scene=SCENE, until=0.2, **options):
     return kt.film(kt.Simulation(scene, "naive"), until, **SMALL | options)
 
 
+def has_run():
+    sim = kt.Simulation(SCENE, "naive")
+    sim.run(until=0.1)
+    return sim
+
+
 test_message = table(globals())
 
 

@@ -168,8 +168,8 @@ def window(scene: Scene, begin: float | None, until: float | None) -> tuple[floa
     if isinstance(until, Simulation):
         several = "kinetile.show.player.view_scene(scene, [(name, options), ...]) shows several phases"
         raise BadOption(f"until is another simulation; expected a time, for one run: {several}")
-    own = scene.settings.until
-    until = (own if own is not None and own > begin else begin + 1.0) if until is None else until
+    own, ended = scene.settings.until, scene.settings.end is not None  # as what has been recorded
+    until = (own if own is not None and (ended or own > begin) else begin + 1.0) if until is None else until
     if not (is_finite(until) and scene.start <= begin <= until):
         raise BadOption(
             f"the window is begin={begin!r} to until={shown(until)}; expected two times from the start on, "
