@@ -280,8 +280,8 @@ class Simulation(Moment):
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
-                None: the scene's own ``until``, if it has one. At the present time nothing is left to run,
-                and the log ``kinetile`` says so once.
+                None: the scene's own ``until``, if it has one. Where nothing is left to run to a given time,
+                the log ``kinetile`` says so once.
             max_contacts: stop after this many further contacts of discs and walls, at the time of the last
                 one. Without ``until``, stop as well when nothing has happened for two million time units.
             max_events: stop after this many further events of all kinds, at the time of the last one.
@@ -313,9 +313,11 @@ class Simulation(Moment):
         """
         with _Alone(self, "run"):
             engine = self._engine
+            alone = until is not None and max_contacts is max_events is None  # the run goes to a given time
             until = arguments.read_until(engine, until, duration)
             end = arguments.read_end(engine, until, max_contacts, max_events)
-            here = engine.events if end.until == engine.time and not self._told else None
+            idle = alone and self.scene.start < engine.time == end.until and not self._told
+            here = engine.events if idle else None
             calls = read_calls(on_contact, self.scene.kinds)
             if calls is not None and stop_at is not None:
                 raise TypeError("a run has stop_at or on_contact: a function of on_contact stops it by True")

@@ -118,8 +118,11 @@ def test_a_run_cannot_be_started_from_within_itself():
 @pytest.mark.small
 def test_a_run_to_the_present_time_says_once_that_it_does_nothing_and_a_duration_goes_on(caplog):
     sim, other = (kt.Simulation(grid(), "cells") for _ in range(2))
+    sim.run(until=0.0)  # at the start contacts and passings may begin
     for _ in range(10):
         sim.run(duration=0.0625)
+    sim.run(duration=0.0)
+    sim.run(until=0.625, max_contacts=5)
     other.run(until=0.625)
     assert (sim.time, sim.fingerprint) == (other.time, other.fingerprint)
     assert caplog.text == ""
