@@ -428,7 +428,9 @@ class Simulation(Moment):
     def passings(self) -> Ints:
         """The pairs of bodies that pass through each other now, (m, 2), each once, a < b, ascending."""
         found = passings_of(self._engine.k)
-        return np.unique(np.sort(np.stack([found["a"], found["b"]], axis=-1).astype(np.int64)), axis=0)
+        begun = np.stack([found["a"], found["b"]], axis=-1).astype(np.int64)
+        waiting = self._bodies_of(meetings.waiting(self._query()))  # until the first run
+        return np.unique(np.sort(np.concatenate([begun, waiting])), axis=0)
 
     def audit(self) -> None:
         """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""

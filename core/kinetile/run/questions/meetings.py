@@ -275,9 +275,22 @@ def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
     pairs = query.overlapping[(query.overlapping == a).any(axis=1)]
     near = np.flatnonzero(np.isin(others, pairs.sum(axis=1) - a))
     if len(near):
-        parts = {"PERIODIC": any(query.periods)} | query.composition.of_shapes
-        _composed(beginnings, **parts)(query.aside, a, others, near, begins)
+        _begin(query, a, others, near, begins)
     return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
+
+
+def waiting(query: Query) -> Ints:
+    """Returns the pairs of slots, (m, 2), that begin to pass at the start and have no row yet."""
+    pairs = query.overlapping if query.composition.passing else query.overlapping[:0]
+    begins = np.full(len(pairs), NEVER)
+    for a in np.unique(pairs[:, 0]).tolist():
+        _begin(query, a, pairs[:, 1], np.flatnonzero(pairs[:, 0] == a), begins)
+    return pairs[begins < NEVER]
+
+
+def _begin(query: Query, a: int, others: Ints, near: Ints, begins: Ints) -> None:
+    parts = {"PERIODIC": any(query.periods)} | query.composition.of_shapes
+    _composed(beginnings, **parts)(query.aside, a, others, near, begins)
 
 
 def wall_of(query: Query, a: int) -> tuple[int, int]:

@@ -112,6 +112,11 @@ def test_who_is_passing_whom():
         sim.run(time)
         pairs.append(sim.passings.tolist())
     assert pairs == [[], [[0, 1]], [], [[1, 2]]]
+    spots = [(9.0, 0.0), (0.3, 0.0), (0.0, 0.0), (1.0, 0.9)]  # the last is near and does not overlap
+    scene = kt.Scene(spots, [(1.0, 0.0)] * 4, 0.5, responses="pass")
+    begun, waiting = (kt.Simulation(scene, "naive") for _ in range(2))
+    begun.run(until=0.0)
+    assert begun.passings.tolist() == waiting.passings.tolist() == [[1, 2]]
 
 
 COMMAND = Path(__file__).parents[4] / "docs" / "examples" / "time_questions.py"
