@@ -17,6 +17,37 @@ from functools import cache, wraps
 from types import ModuleType, UnionType
 from typing import Any, ClassVar, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
+__all__ = [
+    "AuditError",
+    "BadOption",
+    "BadPlugin",
+    "BusyError",
+    "DuplicateName",
+    "KinetileError",
+    "MissedContactError",
+    "MissingExtra",
+    "Mistake",
+    "NoRoom",
+    "NotJudged",
+    "PhaseError",
+    "PluginApiMismatch",
+    "RecordError",
+    "Refused",
+    "SceneError",
+    "StalledError",
+    "StudyError",
+    "TooThick",
+    "UnawaitedContactError",
+    "UnknownName",
+    "ZenoError",
+    "key_of",
+    "legible",
+    "nearest",
+    "one_of",
+    "printable",
+    "shown",
+]
+
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 _Class = TypeVar("_Class")
@@ -480,12 +511,3 @@ def _as_raised(
 
 def _fold(name: str) -> str:
     return name.casefold().replace("_", "-")
-
-
-_PUBLIC = (KinetileError, Mistake)
-__all__ = [
-    name
-    for name, each in vars().items()
-    if name[0] != "_" and isinstance(each, type) and issubclass(each, _PUBLIC)
-]
-__all__ += ["key_of", "legible", "nearest", "one_of", "printable", "shown"]
