@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, Unpack
 
+from kinetile import Response
 from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import CHECKS
@@ -83,8 +84,8 @@ def replay(
 ) -> Result:
     """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
 
-    A file that the kit has saved names the check that failed, the narrow phases that were under test, and the
-    options of this broad phase: these are the defaults; of any other the check is ``same-contacts``. Raises
+    A file that the kit has saved names the check that failed, the narrow phases and the response that were under
+    test, and the options of this broad phase: these are the defaults; of any other the check is ``same-contacts``. Raises
     UnknownName and BadOption, also where the check takes no scene; OSError and SceneError where the file
     cannot be read, or holds no scene; and Refused where the phase cannot do this scene.
     """
@@ -98,8 +99,9 @@ def replay(
         expected = f"one that takes a scene (kit {KIT_VERSION}): {one_of(wanted, known)}"
         raise BadOption(f"{where}; expected {expected}")
     options = options or (case.options if name == case.name else {})
-    subject = Subject(name, dict(options), case.narrow_phases)
-    subject.simulation(scene)
+    answer = Response(case.response[0], **case.response[1]) if case.response else None
+    subject = Subject(name, dict(options), case.narrow_phases, answer)
+    subject.simulation(subject.dressed(scene))
     skipped = applicable(subject, known[wanted])
     if skipped is not None:
         raise BadOption(f"the check {wanted!r} does not apply to {name!r}: it is {skipped}")
