@@ -44,8 +44,14 @@ def check_engine(
     """Judges an engine over a pipe; returns the report. Raises EngineError where it does not start, or does
     not keep to the protocol. ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts
     need; of the ``options`` (``Options``) those apply that are not of phases; ``seconds`` is for a line, by
-    the clock, and ``checks`` are names of ``JUDGING``."""
-    plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks") or JUDGING[asked]
+    the clock, and ``checks`` are names of ``JUDGING``; errors of these are as in ``check_broad_phase``."""
+    plan = Plan.of(Subject(command, {}), options, "check_engine")
+    if asked not in JUDGING:
+        raise BadOption(f"asked is {asked!r}; expected {one_of(asked, JUDGING)}")
+    wanted = plan.checks if options.get("checks") else (*JUDGING[asked],)
+    for name in wanted:
+        if name not in JUDGING[asked]:
+            raise ValueError(f"there is no check {name!r}; expected {one_of(name, JUDGING[asked])}")
     seconds, on_scene = options.get("seconds") or LINE_SECONDS, options.get("on_scene", unheard)
     report = EngineReport(plan.subject, "", asked=asked, within=within)
     names = [name for name in JUDGING[asked] if name in wanted]
