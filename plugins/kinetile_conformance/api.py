@@ -90,10 +90,11 @@ def replay(
 ) -> Result:
     """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
 
-    A file that the kit has saved names the check that failed, the narrow phases and the response that were under
-    test, and the options of this broad phase: these are the defaults; of any other the check is ``same-contacts``. Raises
-    UnknownName and BadOption, also where the check takes no scene; OSError and SceneError where the file
-    cannot be read, or holds no scene; and Refused where the phase cannot do this scene.
+    A file that the kit has saved names the check that failed, the narrow phases and the response that were
+    under test, and the options of this broad phase: these are the defaults; of any other the check is
+    ``same-contacts``. Raises UnknownName and BadOption, also where the check takes no scene; OSError and
+    SceneError where the file cannot be read, or holds no scene; and Refused where the phase cannot do this
+    scene.
     """
     path = Path(path)
     case = load_case(path)

@@ -329,8 +329,9 @@ class SavedCase(BaseModel):
 
 def save_case(scene: Scene, path: Path, text: str, subject: Subject, check: str | None = None) -> None:
     """Writes a case as a scene file. Its head names the check that replays it, the phases and the failure."""
-    head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
-    head["response"] = subject.response and (subject.response.name, subject.response.options)
+    answer = subject.response and (subject.response.name, subject.response.options)
+    head = {"check": check, "name": subject.name, "options": subject.options, "response": answer}
+    head |= {"narrow_phases": subject.narrow}
     lines = [json.dumps(head, default=repr), *text.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, "".join(f"# {line}\n" for line in lines) + dumps_scene(scene))

@@ -158,9 +158,9 @@ class EngineReport(Report):
         """What the verdict does not cover."""
         done, of = len(self.results), len(JUDGING[self.asked])
         some = f", by {done} of {of} checks" if done < of else ""
-        return some + (
-            f", but for {', '.join(self.untried)}: no such line was answered" if self.untried else ""
-        )
+        if not self.untried:
+            return some
+        return f"{some}, but for {', '.join(self.untried)}: no such line was answered"
 
     @property
     def head(self) -> str:
@@ -301,7 +301,8 @@ class EngineRunner:
         early = ", before errors have grown" if some < of else ""
         result = replace(result, said=question.told.format(some, of, share, early)) if of else result
         if run.refused < run.count and share < LEAST_SHARE:
-            reason = f"less than {LEAST_SHARE:.0%} of its contacts could be compared"
-            reason = reason if of and self._asked == "contacts" else "nothing in its scenes is compared: draw more (--examples)"
+            reason = "nothing in its scenes is compared: draw more (--examples)"
+            if of and self._asked == "contacts":
+                reason = f"less than {LEAST_SHARE:.0%} of its contacts could be compared"
             result = replace(result, status="not judged", reason=reason)
         return result
