@@ -106,7 +106,7 @@ class Exchange(NamedTuple):
 class Question(ABC):
     """What an engine is asked. ``within`` is the distance within which times are right, where there is one,
     and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words, first what was
-    compared, and ``keys`` are those that a line may have, each of which is something that an engine can do."""
+    compared; ``keys`` are those that a line may have, each of which is something that an engine can do."""
 
     told = ""
     keys: tuple[str, ...] = ("shapes",)
