@@ -137,7 +137,7 @@ class Plan:
         return replace(plan, seconds=plan.seconds * max(1.0, plan.examples / EXAMPLES))
 
     @classmethod
-    def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
+    def of_phase(cls, name: str, options: Mapping[str, Any], call: str = "check_broad_phase") -> Plan:
         """Returns the plan for a phase. Raises UnknownName, BadOption, ValueError for an unknown check."""
         narrow: dict[str, Mapping[str, Any]] = {}
         for each, chosen in read_narrow_phases(options.get("narrow_phases") or ()).items():
@@ -152,7 +152,7 @@ class Plan:
         provided(subject)  # the smoke test checks the options of the broad phase
         alone = (None, "broad") if not subject.beside else (None, "broad", "pair", "wall", "response")
         names = [each.name for each in CHECKS if each.observation.judges in alone]
-        plan = cls.of(subject, {**options, "checks": options.get("checks") or names})
+        plan = cls.of(subject, {**options, "checks": options.get("checks") or names}, call)
         for name in plan.checks:
             check_named(name)
         return plan
