@@ -439,7 +439,8 @@ _READ_APART = {"Any", "object", "int", "float", "complex", "ndarray"}
 def _classes_of(call: Callable[..., Any]) -> list[tuple[int, str, tuple[type, ...]]]:
     """Returns place, name and classes of the arguments of a call whose annotations have classes alone that
     Python can check; numbers, and what may be an array, have readers of their own."""
-    found, hints = [], get_type_hints(call)
+    # a NamedTuple's __new__ cannot see the names of its annotations
+    found, hints = [], {} if call.__name__ == "__new__" else get_type_hints(call)
     for place, each in enumerate(inspect.signature(call).parameters.values()):
         hint = hints.get(each.name)
         parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, Unpack
 
+from kinetile import Response
 from kinetile.errors import BadOption, Refused, one_of
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.checks import CHECKS
@@ -43,8 +44,14 @@ def check_engine(
     """Judges an engine over a pipe; returns the report. Raises EngineError where it does not start, or does
     not keep to the protocol. ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts
     need; of the ``options`` (``Options``) those apply that are not of phases; ``seconds`` is for a line, by
-    the clock, and ``checks`` are names of ``JUDGING``."""
-    plan, wanted = Plan.of(Subject(command, {}), options), options.get("checks") or JUDGING[asked]
+    the clock, and ``checks`` are names of ``JUDGING``; errors of these are as in ``check_broad_phase``."""
+    plan = Plan.of(Subject(command, {}), options, "check_engine")
+    if asked not in JUDGING:
+        raise BadOption(f"asked is {asked!r}; expected {one_of(asked, JUDGING)}")
+    wanted = plan.checks if options.get("checks") else (*JUDGING[asked],)
+    for name in wanted:
+        if name not in JUDGING[asked]:
+            raise ValueError(f"there is no check {name!r}; expected {one_of(name, JUDGING[asked])}")
     seconds, on_scene = options.get("seconds") or LINE_SECONDS, options.get("on_scene", unheard)
     report = EngineReport(plan.subject, "", asked=asked, within=within)
     names = [name for name in JUDGING[asked] if name in wanted]
@@ -83,10 +90,11 @@ def replay(
 ) -> Result:
     """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
 
-    A file that the kit has saved names the check that failed, the narrow phases that were under test, and the
-    options of this broad phase: these are the defaults; of any other the check is ``same-contacts``. Raises
-    UnknownName and BadOption, also where the check takes no scene; OSError and SceneError where the file
-    cannot be read, or holds no scene; and Refused where the phase cannot do this scene.
+    A file that the kit has saved names the check that failed, the narrow phases and the response that were
+    under test, and the options of this broad phase: these are the defaults; of any other the check is
+    ``same-contacts``. Raises UnknownName and BadOption, also where the check takes no scene; OSError and
+    SceneError where the file cannot be read, or holds no scene; and Refused where the phase cannot do this
+    scene.
     """
     path = Path(path)
     case = load_case(path)
@@ -98,8 +106,9 @@ def replay(
         expected = f"one that takes a scene (kit {KIT_VERSION}): {one_of(wanted, known)}"
         raise BadOption(f"{where}; expected {expected}")
     options = options or (case.options if name == case.name else {})
-    subject = Subject(name, dict(options), case.narrow_phases)
-    subject.simulation(scene)
+    answer = Response(case.response[0], **case.response[1]) if case.response else None
+    subject = Subject(name, dict(options), case.narrow_phases, answer)
+    subject.simulation(subject.dressed(scene))
     skipped = applicable(subject, known[wanted])
     if skipped is not None:
         raise BadOption(f"the check {wanted!r} does not apply to {name!r}: it is {skipped}")

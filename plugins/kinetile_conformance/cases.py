@@ -324,11 +324,14 @@ class SavedCase(BaseModel):
     name: str | None = None
     options: dict[str, Any] = {}
     narrow_phases: dict[str, dict[str, Any]] = {}
+    response: tuple[str, dict[str, Any]] | None = None
 
 
 def save_case(scene: Scene, path: Path, text: str, subject: Subject, check: str | None = None) -> None:
     """Writes a case as a scene file. Its head names the check that replays it, the phases and the failure."""
-    head = {"check": check, "name": subject.name, "options": subject.options, "narrow_phases": subject.narrow}
+    answer = subject.response and (subject.response.name, subject.response.options)
+    head = {"check": check, "name": subject.name, "options": subject.options, "response": answer}
+    head |= {"narrow_phases": subject.narrow}
     lines = [json.dumps(head, default=repr), *text.splitlines()[:6]]
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, "".join(f"# {line}\n" for line in lines) + dumps_scene(scene))

@@ -172,8 +172,8 @@ def _program_measured(report: EngineReport, scene: Scene, contacts: Any) -> Meas
         program = engine.program
         began, found, ended = program.cpu_seconds(), engine.answer(exchange), program.cpu_seconds()
         most = program.peak_bytes()
-    if isinstance(found, str):
-        return Measured(report.label, found)
+    if isinstance(found, str | tuple):
+        return Measured(report.label, found if isinstance(found, str) else f"it has {' or '.join(found)}")
     spent = ended - began if ended and began else None
     row = Measured(report.label, None, spent, contacts=len(found), process_bytes=most)
     rate = spent and len(found) / spent

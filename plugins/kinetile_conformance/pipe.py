@@ -40,10 +40,23 @@ IN_RUNS = {"-with-turns", "-on-a-torus", "-in-a-swarm-of-shapes-on-a-torus", "-w
 
 ASKED = {
     "contacts": ("It gives the reference's contacts", "same-contacts", IN_PLACES | IN_RUNS),
-    "pairs": ("It names every pair that touches, and no false one", "pairs", IN_PLACES),
+    "pairs": ("It names every pair that touches, and no impossible one", "pairs", IN_PLACES),
     "casts": ("Two bodies meet when they should, within the distance", "casts", FREE),
 }
 """For each question: its sentence, the prefix of the names of its checks, and suffixes of the kit's."""
+
+SENT = {
+    "": "arena mass discs",
+    "-with-turns": "arena mass turns",
+    "-as-bodies-come-and-go": "arena mass gravity commands discs",
+    "-with-responses": "arena mass commands responses",
+    "-on-lattices": "arena discs",
+    "-in-a-scaled-swarm": "arena turns discs",
+    "-on-a-torus": "arena periodic",
+    "-of-shapes": "arena mass shapes turns boxes",
+    "-in-a-swarm-of-shapes-on-a-torus": "arena mass periodic shapes responses",
+}
+"""The keys of ``Question.keys`` that lines of checks can have, by suffix."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
@@ -134,14 +147,20 @@ class EngineReport(Report):
 
     @property
     def untried(self) -> list[str]:
-        """The keys of scenes, or of lines, of which the engine has answered none."""
+        """The keys of its checks' scenes, or lines, of which the engine has answered none."""
+        suffixes = [each.check.removeprefix(ASKED[self.asked][1]) for each in self.results]
+        sent = {key for suffix in suffixes for key in SENT[suffix].split()}
         tried = {key for result in self.results for key in result.asked}
-        return [key for key in QUESTIONS[self.asked].keys if key not in tried]
+        return [key for key in QUESTIONS[self.asked].keys if key in sent - tried]
 
     @property
     def limits(self) -> str:
         """What the verdict does not cover."""
-        return f", but for {', '.join(self.untried)}: no such line was answered" if self.untried else ""
+        done, of = len(self.results), len(JUDGING[self.asked])
+        some = f", by {done} of {of} checks" if done < of else ""
+        if not self.untried:
+            return some
+        return f"{some}, but for {', '.join(self.untried)}: no such line was answered"
 
     @property
     def head(self) -> str:
@@ -171,7 +190,6 @@ class _EngineRun(CheckRun):
         self.wrong: Any = None
         self.found: Any = None
         self.asked: dict[str, None] = {}
-        self.lines = 0
 
     def look(self, case: Any) -> None:
         """Raises Disagreement unless the answers to a case, without keys that are refused, are right."""
@@ -182,15 +200,19 @@ class _EngineRun(CheckRun):
             except EngineError:
                 self.wrong, self.found = exchange, None
                 raise
+            there = [key for key in self.question.keys if f'"{key}":'.encode() in exchange.line]
             if isinstance(found, tuple):
+                if not found or not {*found}.issubset(there):
+                    self.wrong, self.found = exchange, None
+                    what = f"refuses {[*found]}; expected keys that the line has, of {there}"
+                    raise EngineError(f'the engine {what}, or {{"refused": "reason"}}')
                 self.engine.refused |= {*found}
                 if without(case, found) != case:
                     return self.look(case)
                 found = f"it has {' or '.join(found)}"
             if isinstance(found, str):
                 raise Refused(found)
-            self.lines += 1
-            self.asked |= {key: None for key in self.question.keys if f'"{key}":'.encode() in exchange.line}
+            self.asked |= dict.fromkeys(there)
             text = exchange.judge(found)
             if text is not None:
                 self.wrong, self.found = exchange, {exchange.form.key: found}
@@ -275,9 +297,12 @@ class EngineRunner:
             reason = f"it refuses {run.refused} of {run.count} scenes, such as: {run.refusal}"
             result = replace(result, status="skipped" if whole else "passed", reason=reason)
         some, of = question.sums
-        share = some / of if of and self._asked == "contacts" else float(run.lines > 0)
-        result = replace(result, said=question.told.format(some, of, share)) if of else result
+        share = some / of if some and self._asked == "contacts" else float(some > 0)
+        early = ", before errors have grown" if some < of else ""
+        result = replace(result, said=question.told.format(some, of, share, early)) if of else result
         if run.refused < run.count and share < LEAST_SHARE:
-            reason = f"less than {LEAST_SHARE:.0%} of its contacts could be compared"
+            reason = "nothing in its scenes is compared: draw more (--examples)"
+            if of and self._asked == "contacts":
+                reason = f"less than {LEAST_SHARE:.0%} of its contacts could be compared"
             result = replace(result, status="not judged", reason=reason)
         return result

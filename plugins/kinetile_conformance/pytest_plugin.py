@@ -28,7 +28,7 @@ def parametrize_with_checks(
     from kinetile_conformance.isolated import IsolatedRunner
     from kinetile_conformance.runner import Plan
 
-    plan = Plan.of_phase(name, options)
+    plan = Plan.of_phase(name, options, "parametrize_with_checks")
     known = {check_named(each).name: why for each, why in (expected_failures or {}).items()}
     phase = registry().target("broad phase", name)
     check_options("broad phase", name, phase, plan.subject.options)

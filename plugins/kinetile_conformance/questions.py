@@ -105,11 +105,11 @@ class Exchange(NamedTuple):
 
 class Question(ABC):
     """What an engine is asked. ``within`` is the distance within which times are right, where there is one,
-    and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words, and ``keys``
-    are those that a line may have, each of which is something that an engine can do."""
+    and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words, first what was
+    compared; ``keys`` are those that a line may have, each of which is something that an engine can do."""
 
     told = ""
-    keys: tuple[str, ...] = ("periodic", "gravity", "shapes")
+    keys: tuple[str, ...] = ("shapes",)
 
     def __init__(self, within: float | None = None, most: int = CONTACTS) -> None:
         self.within = within
@@ -141,8 +141,8 @@ class Contacts(Question):
     drawn: where they touch at the start, or slide along each other, none could be disturbed.
     """
 
-    told = "{:,} of {:,} contacts compared ({:.0%}), before errors have grown"
-    keys = ("arena", "mass", *Question.keys, "turns", "commands", "responses")
+    told = "{:,} of {:,} contacts compared ({:.0%}){}"
+    keys = ("arena", "mass", "periodic", "gravity", "shapes", "turns", "commands", "responses")
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yields the scene."""
@@ -165,9 +165,14 @@ class Contacts(Question):
 
         def judge(rows: Sequence[Row]) -> str | None:
             if self.within is None or end is None:
+                self._count(len(right), len(right))
                 return difference(scene, rows, expected)
             self._count(sum(row[0] < end for row in right), len(right))
-            parted = parting(rows, right, partial(_near, scene, self.within), end)
+            near, until = partial(_near, scene, self.within), horizon(scene)
+            for at, row in enumerate(rows):
+                if row[0] > until and not near(row[0], until):
+                    return f"contact {at} is {_contact(row)}, after the end at time {until!r}"
+            parted = parting(rows, right, near, end)
             return parted and parted[1]
 
         form = EXACT_CONTACTS if self.within is None else TIMED_CONTACTS
@@ -337,8 +342,8 @@ class Moments:
 class Pairs(Question):
     """Candidate pairs at each of some moments: all that touch, each once, and no body that is not there."""
 
-    told = "{:,} candidate pairs for {:,} that touch"
-    keys = ("discs", "boxes", "periodic")
+    told = "{1:,} candidate pairs for {0:,} that touch"
+    keys = ("discs", "boxes")
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
         """Yields moments of the reference's run of a scene, as the ``VIEWS`` are: the start, times at equal
@@ -382,7 +387,7 @@ class Pairs(Question):
                 why = "a body with itself" if a == b else "once more"
                 return f"at moment {at} the engine names pair [{a}, {b}], {why}"
             seen.add((min(a, b), max(a, b)))
-        self._count(len(seen), len(right))
+        self._count(len(right), len(seen))
         for a, b in right:
             if (a, b) not in seen:
                 return f"at moment {at} bodies {a} and {b} touch, and are no pair: {bodies[a]}, {bodies[b]}"

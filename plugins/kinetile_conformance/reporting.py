@@ -74,7 +74,7 @@ class Report:
         """Why the phase is not judged, where no fault was seen; "" where everything was judged."""
         open_ = [result.check for result in self.results if result.status == "not judged"]
         if open_:
-            return f"no fault was seen, and {', '.join(open_)} not ended"
+            return f"no fault was seen, and {', '.join(open_)} not judged"
         kinds = {"response": self.subject.response, "pair": self.subject.pair}
         for kind in [kind for kind, named in kinds.items() if named]:
             own = [result for result in self.results if check_named(result.check).judges == kind]

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from kinetile import Response, Scene, Settings, box, capsule, registry
-from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName
+from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName, one_of
 from kinetile.instruments import INTERPRETED, check_options, composition_of, place_of, read_narrow_phases
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
@@ -120,20 +120,25 @@ class Plan:
     memory: int = MEMORY
 
     @classmethod
-    def of(cls, subject: Subject, options: Mapping[str, Any]) -> Plan:
-        """Returns the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out."""
+    def of(cls, subject: Subject, options: Mapping[str, Any], call: str = "check_broad_phase") -> Plan:
+        """Returns the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out. Raises
+        BadOption for an unknown one of the ``call``, or no examples."""
+        known = [*Options.__annotations__, "explains"]
+        for odd in options.keys() - {*known}:
+            raise BadOption(f"{call} has no argument {odd!r}; expected {one_of(odd, known)}")
         given = {key: value for key, value in options.items() if value is not None and key not in OF_OTHERS}
-        given["checks"] = tuple(dict.fromkeys(given.get("checks", (each.name for each in CHECKS))))
+        checks = given.get("checks", [each.name for each in CHECKS])
+        given["checks"] = tuple(dict.fromkeys([checks] if isinstance(checks, str) else checks))
         if "save_to" in given:
             given["save_to"] = Path(given["save_to"]).absolute()
         plan = cls(subject, **given)
+        if plan.examples < 1:
+            raise BadOption(f"examples is {plan.examples}; expected 1 or more")
         return replace(plan, seconds=plan.seconds * max(1.0, plan.examples / EXAMPLES))
 
     @classmethod
-    def of_phase(cls, name: str, options: Mapping[str, Any]) -> Plan:
+    def of_phase(cls, name: str, options: Mapping[str, Any], call: str = "check_broad_phase") -> Plan:
         """Returns the plan for a phase. Raises UnknownName, BadOption, ValueError for an unknown check."""
-        for known in options.get("checks") or ():
-            check_named(known)
         narrow: dict[str, Mapping[str, Any]] = {}
         for each, chosen in read_narrow_phases(options.get("narrow_phases") or ()).items():
             check_options("narrow phase", each, registry().target("narrow phase", each), chosen)
@@ -147,7 +152,10 @@ class Plan:
         provided(subject)  # the smoke test checks the options of the broad phase
         alone = (None, "broad") if not subject.beside else (None, "broad", "pair", "wall", "response")
         names = [each.name for each in CHECKS if each.observation.judges in alone]
-        return cls.of(subject, {**options, "checks": options.get("checks") or names})
+        plan = cls.of(subject, {**options, "checks": options.get("checks") or names}, call)
+        for name in plan.checks:
+            check_named(name)
+        return plan
 
     def report(self, *results: Result) -> Report:
         """Returns the report on these results."""

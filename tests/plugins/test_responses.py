@@ -250,7 +250,8 @@ def test_a_response_that_counted_in_its_rule_went_on_otherwise_from_a_file():
         scene = kt.Scene([[1.0, 1.0]], [[1.0, 0.0]], 0.5, arena=(4.0, 2.0), kind="ball", responses=rules)
         for _ in range(2):  # a second run begins with the numbers of the scene
             sim = kt.Simulation(scene, "naive")
-            with pytest.raises(PhaseError, match=r"'tired' of .* has written into its rule: expected a hook"):
+            said = r"'tired' of .* \(test_responses.py, line \d+\) has written into its rule: expected a hook"
+            with pytest.raises(PhaseError, match=said):
                 sim.run(max_contacts=1)
             assert sim.velocities().tolist() == [[-1.0, 0.0]]
             with pytest.raises(PhaseError, match="cannot go on"):

@@ -76,6 +76,7 @@ def _words(name: str, module: str) -> dict[str, str]:
         "name": folded,
         "distribution": f"kinetile-{folded}",
         "package": package,
+        "a": "An" if kind == "observable" else "A",
         "what": "recipe" if kind == "scene" else kind,
         "module": module,
         "target": "recipe" if kind == "scene" else f"{stem.title().replace('_', '')}{module.capitalize()}",

@@ -17,6 +17,12 @@ def test_each_result_is_told_as_it_comes():
     assert [result.status for result in told] == ["passed", "skipped"]
 
 
+@pytest.mark.small
+def test_the_name_of_a_check_was_read_letter_by_letter():
+    (result,) = check_broad_phase("naive", checks="its-features-are-known", in_process=True).results
+    assert (result.check, result.status) == ("its-features-are-known", "passed")
+
+
 def test_it_makes_a_test_of_each_check():
     mark = parametrize_with_checks("naive", expected_failures={"its-structure-is-true": "issue 7"}).mark
     cases = {case.id: case for case in mark.args[1]}

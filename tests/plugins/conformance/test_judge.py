@@ -14,6 +14,8 @@ import kinetile_conformance
 from command_line import kinetile
 from installing import OWN
 from kinetile_conformance import Result, judging
+from kinetile_conformance.cases import Subject
+from kinetile_conformance.pipe import EngineReport
 from lanes import first
 
 pytestmark = pytest.mark.small
@@ -90,6 +92,13 @@ def test_a_narrow_phase_and_a_response_are_judged_and_measured_with_it(tmp_path)
     assert found["beside"] == ["disc", "restitution:e=0.5,contact_time=1e-06"]
     (row,) = found["judged"][0]["measured"]
     assert (row["contacts"] > 0, row["differs"], row["ended_by"]) == (True, None, None)
+
+
+def test_a_measurement_of_a_program_that_refuses_by_keys():
+    report = EngineReport(Subject(program("keys.py", {"refused": ["arena", "mass"]}), {}), "")
+    scene = kt.load_scene("tiny.toml")
+    row = judging._program_measured(report, scene, judging._reference(Subject("naive", {}), scene)[0])
+    assert row.ended_by == "it has arena or mass"
 
 
 def test_a_program_may_be_asked_for_pairs(tmp_path):

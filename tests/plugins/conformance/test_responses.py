@@ -10,6 +10,7 @@ from command_line import kinetile
 from kinetile.errors import BadOption, UnknownName
 from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, give, hook, shared
 from kinetile_conformance import check_broad_phase
+from kinetile_conformance.api import replay
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.runner import CheckRun
@@ -86,9 +87,9 @@ class Trial:
 _added = fixture(kt.ResponseSpec("trial", Trial, "under test", features=frozenset({"dissipative"})))
 
 
-def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: int = 8):
+def judged(response: kt.Response, *checks: str, broad: str = "naive", examples: int = 8, **more):
     chosen = {"checks": checks or (ALONE, ENERGY), "in_process": True, "shrink": False, "explains": False}
-    return check_broad_phase(broad, response=response, examples=examples, **chosen)
+    return check_broad_phase(broad, response=response, examples=examples, **chosen, **more)
 
 
 @pytest.mark.interpreted
@@ -149,12 +150,16 @@ FAULTS = {
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("how", first(4, [*FAULTS]))
-def test_a_wrong_response_is_found(how):
-    report = judged(kt.Response("trial", how=how), examples=16)
+def test_a_wrong_response_is_found(how, tmp_path):
+    report = judged(kt.Response("trial", how=how), examples=16, save_to=tmp_path)
     said = "\n".join(result.said for result in report.results if result.status == "failed")
     assert report.exit_code == 1
     assert re.search(FAULTS[how], said), said
     assert report.foot.endswith(f"naive with trial:how={how} does not conform: {report.failed[0].check}")
+    failed = report.failed[0]
+    again = replay("naive", failed.case)
+    assert (again.check, again.ok) == (failed.check, False)
+    assert again.said in failed.said
 
 
 @pytest.mark.interpreted

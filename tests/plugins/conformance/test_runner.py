@@ -118,7 +118,7 @@ def test_a_report_that_is_not_judged_is_neither_right_nor_wrong() -> None:
     checks = ["its-structure-is-true", "its-features-are-known"]
     report = check_broad_phase("slow", in_process=True, checks=checks, seconds=0.25)
     assert (report.exit_code, report.conforms, report.ok) == (4, None, False)
-    assert str(report).endswith("slow is not judged: no fault was seen, and its-structure-is-true not ended")
+    assert str(report).endswith("slow is not judged: no fault was seen, and its-structure-is-true not judged")
 
 
 def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:

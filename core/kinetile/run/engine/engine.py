@@ -58,7 +58,7 @@ from kinetile.kernel.tables import (
     read_only,
     record_table,
 )
-from kinetile.plugin.calling import calling, described, place_of
+from kinetile.plugin.calling import calling, place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
@@ -324,7 +324,7 @@ class Engine(Tables):
         if rules is not None and rules.foreign and self.k.rules.tobytes() != rules.table.tobytes():
             changed = (np.asarray(self.k.rules) != np.asarray(rules.table)).tolist().index(True)
             row, column = divmod(changed, rules.kinds + 1)
-            who = described("response", self.composition.prepared.meets[row][column].name)
+            who = rules.named(self.composition.prepared.meets[row][column].name)
             self.broken = PhaseError(f"{who} has written into its rule: expected a hook that only reads it")
             raise self.broken
 
