@@ -246,6 +246,9 @@ def test_a_scene_that_has_too_many_contacts_ends_sooner():
 
 BROKEN = {
     "line": '; expected {"contacts": [[epoch, tick, a, b], ...]} or {"refused": "reason"}',
+    "'{\"refused\": []}'": "the engine refuses []; expected keys that the line has, of [",
+    '\'{"refused": ["torus"]}\'': "the engine refuses ['torus']; expected keys that the line has, of [",
+    '\'{"refused": ["turns"]}\'': "the engine refuses ['turns']; expected keys",
     "'{'": "the engine answered '{\\n' (Invalid JSON: ",
     "'[' * 10**5": "the engine answered '[[[",
     "'[1]'": "the engine answered '[1]\\n' (",
@@ -254,9 +257,6 @@ BROKEN = {
     "'{\"contacts\": [[0, 0.5, 0, 1]]}'": "(contacts: 0: 1: Input should be a valid integer)",
     "'{\"contacts\": [[0, 0, 2147483648, 1]]}'": "(contacts: 0: 2: Input should be less than 2147483648)",
     "'{\"contacts\": [[0.5, 0, 1]]}'": "(contacts: 0: ",
-    "'{\"refused\": []}'": "the engine refuses []; expected keys that the line has, of ['arena'",
-    '\'{"refused": ["torus"]}\'': "the engine refuses ['torus']; expected keys that the line has, of [",
-    '\'{"refused": ["turns"]}\'': "the engine refuses ['turns']; expected keys",
     "os._exit(3)": "the engine ended with exit code 3 without an answer",
     "os.abort()": "the engine ended by SIGABRT without an answer",
     "os.write(1, b'{') and os._exit(0)": "the engine ended with exit code 0 within a line",
