@@ -204,7 +204,6 @@ def compare(
     """Runs a scene under each of at least two broad phases, and compares all with the first.
 
     Args:
-        scene: the scene.
         broad_phases: names, or pairs (name, options); None: all that are installed and accept the scene.
         until: the end; None: the scene's own, with ``max_contacts`` as well, or one time unit without both.
         max_contacts: the largest number of contacts.

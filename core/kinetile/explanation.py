@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from kinetile.scene import Insert, Scene
+from kinetile.kernel.loop import idle
+from kinetile.plugin.choices import called
+from kinetile.scene import Insert
 from kinetile.scene.commands import counted
 from kinetile.scene.scene import in_words
 
-
-class Modelled(NamedTuple):
-    """What a run is composed of, as far as it is explained: whether the broad phase has certificates
-    (``certified``), whether contacts of ``pairs``, and with ``walls``, are computed, the names of
-    ``responses`` (None: all are elastic), whether a command ``rebuilds`` the structure, a ``speed`` that no
-    body exceeds, the ``skin``, and the error of a place that it covers, as lengths."""
-
-    broad_phase: str
-    certified: bool
-    narrow_phases: tuple[str, ...]
-    pairs: bool
-    walls: bool
-    responses: tuple[str, ...] | None
-    commands: bool
-    rebuilds: bool
-    speed: float
-    skin: float
-    structural_error: float
-
+if TYPE_CHECKING:
+    from kinetile.run.engine.engine import Engine
 
 _UNITS = {
     "time_unit": "of the scene's time",
@@ -39,27 +24,30 @@ _UNITS = {
 }
 
 
-def explanation(scene: Scene, run: Modelled) -> dict[str, Any]:
+def explanation(engine: Engine) -> dict[str, Any]:
     """Returns {"modelled": sentences, "left out": sentences, "numbers": {name: value}}."""
-    sentences = [*_sentences(scene, run)]
+    scene, bounds = engine.scene, engine.bounds
+    certificates = len(scene) if engine.composition.broad.repair is not idle.repair else 0
+    sentences = [*_sentences(engine, certificates)]
     return {
         "modelled": [sentence for modelled, sentence in sentences if modelled],
         "left out": [sentence for modelled, sentence in sentences if not modelled],
         "numbers": {
             "bodies": len(scene),
-            "structural_certificates": len(scene) if run.certified else 0,
+            "structural_certificates": certificates,
             "time_unit": scene.time_unit,
             "tick": scene.time_unit * 2.0**-52,
-            "speed_bound": run.speed,
-            "skin": run.skin,
-            "skin_in_radii": run.skin / float(scene.radius.min()) if len(scene) else 0.0,
-            "structural_error": run.structural_error,
+            "speed_bound": bounds.speed,
+            "skin": bounds.skin.delta,
+            "skin_in_radii": bounds.skin.delta / float(scene.radius.min()) if len(scene) else 0.0,
+            "structural_error": bounds.skin.eta,
         },
     }
 
 
-def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
+def _sentences(engine: Engine, certificates: int) -> Iterator[tuple[bool, str]]:
     """Yields sentences, each with whether it says what is modelled, or what is left out."""
+    scene, phases = engine.scene, engine.composition
     motion = "flying straight"
     if scene.bent:
         one = scene.acceleration[0].tolist() if len(scene) and scene.uniform else [0.0, 0.0]
@@ -67,15 +55,14 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
         motion = f"flying with {pulls}, on chords for the broad phase,"
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
     left_out = ("" if scene.bent else "gravity, ") + "friction, rotation, growth"
-    yield False, left_out + ("" if run.responses is not None else " and any loss of energy")
-    watched = "no structural certificate"
-    if run.certified and len(scene):
-        watched = "one structural certificate a body"
-    yield True, f"candidate pairs by the broad phase {run.broad_phase}, with {watched}"
-    if not run.pairs:
+    yield False, left_out + ("" if phases.rules is not None else " and any loss of energy")
+    watched = "one structural certificate a body" if certificates else "no structural certificate"
+    name = called(phases.broad_phase, phases.options)
+    yield True, f"candidate pairs by the broad phase {name}, with {watched}"
+    if phases.pair is None:
         yield False, "contacts of two bodies: no narrow phase for pairs is named"
     else:
-        named = ", ".join(run.narrow_phases) or "none"
+        named = ", ".join(phases.narrow_phases) or "none"
         yield True, f"contacts of two bodies (narrow phases: {named})"
         coming = (each.mass for each in scene.commands if isinstance(each, Insert))
         masses = {*scene.mass.tolist(), *coming}
@@ -83,11 +70,11 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
             yield False, "masses: all are equal"
         else:
             yield True, f"masses from {min(masses)!r} to {max(masses)!r}"
-    if run.responses is None:
+    if phases.rules is None:
         yield False, "responses by kind: every contact is elastic"
     else:
         kinds = f"{len(scene.kinds)} {'kind' if len(scene.kinds) == 1 else 'kinds'} of bodies"
-        yield True, f"responses by kind: {', '.join(run.responses)}, for {kinds} and the walls"
+        yield True, f"responses by kind: {', '.join(phases.rules.names)}, for {kinds} and the walls"
     if scene.periodic:
         periods = " and ".join(f"{scene.periods['xy'.index(axis)]!r} along {axis}" for axis in scene.periodic)
         yield True, f"images: the scene is periodic, {periods}; plans two units old are anchored again"
@@ -95,17 +82,17 @@ def _sentences(scene: Scene, run: Modelled) -> Iterator[tuple[bool, str]]:
         yield False, "walls: the scene has no arena"
     elif scene.periodic == "xy":
         yield False, "walls: both axes are periodic"
-    elif not run.walls:
+    elif phases.wall is None:
         yield False, "walls: the scene has an arena, but no narrow phase for walls is named"
     else:
         width, height = scene.arena
         walls = "two" if scene.periodic else "four"
         yield True, f"{walls} walls around {width!r} x {height!r}, one contact of each body awaited"
-    if run.commands:
+    if engine.commands:
         yield True, f"commands: {counted(scene.commands)} in the scene, and those given by hand"
     else:
         yield False, "commands (turns, insertions, removals): the scene has none"
-    if run.commands and run.rebuilds:
+    if engine.commands.name == "ALL" and not phases.living:
         yield False, "inserting and removing bodies: for each the broad phase is built again"
 
 

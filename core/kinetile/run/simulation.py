@@ -25,14 +25,12 @@ from kinetile.errors import (
     ZenoError,
     answering,
 )
-from kinetile.explanation import Modelled, explanation
+from kinetile.explanation import explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED, WALLS
-from kinetile.kernel.loop import idle
 from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
-from kinetile.plugin.choices import called
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Event, advance, advance_one, next_event
@@ -127,7 +125,6 @@ class Simulation(Moment):
     """Bodies in motion under a choice of phases.
 
     Args:
-        scene: the scene.
         broad_phase: its name, with options if needed (``sap-1d:axis=y``); None: the scene's, or the default.
         narrow_phases: names, with options if needed, or a mapping from names to options; None: the scene's,
             or those that it needs.
@@ -222,24 +219,7 @@ class Simulation(Moment):
 
     def explain(self) -> dict[str, Any]:
         """Returns what is modelled and what is left out, in sentences, with the numbers behind them."""
-        engine = self._engine
-        composition, skin = engine.composition, engine.bounds.skin
-        return explanation(
-            engine.scene,
-            Modelled(
-                broad_phase=called(composition.broad_phase, composition.options),
-                certified=composition.broad.repair is not idle.repair,
-                narrow_phases=self.narrow_phases,
-                pairs=composition.pair is not None,
-                walls=composition.wall is not None,
-                responses=None if composition.rules is None else composition.rules.names,
-                commands=bool(engine.commands),
-                rebuilds=engine.commands == Commands.ALL and not composition.living,
-                speed=engine.bounds.speed,
-                skin=skin.delta,
-                structural_error=skin.eta,
-            ),
-        )
+        return explanation(self._engine)
 
     # Running
 
@@ -720,13 +700,8 @@ class Simulation(Moment):
         Where axes are periodic it is sought for 1,000 units of the clock (``time_unit``) from now, or until a
         body has crossed 4,096 periods for another one.
 
-        Args:
-            a: a body.
-            b: another.
-            scheduled: only without interference: by the present plans it is the first contact of either
-                body, walls included, and no command changes one of them before.
-
-        Raises ValueError if a and b are one body.
+        ``scheduled``: only without interference: by the present plans it is the first contact of either body,
+        walls included, and no command changes one of them before. Raises ValueError if a and b are one body.
         """
         one, other = self._slot_of(a), self._slot_of(b)
         if one == other:
@@ -749,12 +724,8 @@ class Simulation(Moment):
         """
         slot = self._slot_of(body)
         planned = self._planned() if scheduled else None
-        query, among, walls = self._query(), None, True
-        if kinds is not None:
-            known = (*query.composition.prepared.kinds, WALL)
-            chosen = arguments.read_kinds(kinds, known, "kinds")
-            among, walls = _of_kinds(query, chosen).slots, WALL in chosen
-        return meetings.next_contact_of(query, slot, planned, among, walls)
+        among, walls = self._among_and_walls(kinds)
+        return meetings.next_contact_of(self._query(), slot, planned, among.slots, walls or kinds is None)
 
     def cast(
         self,
@@ -784,10 +755,7 @@ class Simulation(Moment):
         """
         horizon = float(FORESEEN // TICKS) * self.time_unit
         thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
-        query, walls = self._among(None, exclude), False
-        if kinds is not None:
-            chosen = arguments.read_kinds(kinds, (*query.composition.prepared.kinds, WALL), "kinds")
-            query, walls = _of_kinds(query, chosen), WALL in chosen
+        query, walls = self._among_and_walls(kinds, exclude)
         hit = meetings.cast(query, *thrown, walls)
         return hit if hit is None or hit.body < 0 else hit._replace(body=self._body_of(hit.body))
 
@@ -946,13 +914,25 @@ class Simulation(Moment):
         return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
 
     def _among(self, kinds: OfKinds, exclude: npt.ArrayLike = ()) -> Query:
+        return self._among_and_walls(kinds, exclude, ())[0]
+
+    def _among_and_walls(
+        self, kinds: OfKinds, exclude: npt.ArrayLike = (), more: tuple[Kind, ...] = (WALL,)
+    ) -> tuple[Query, bool]:
+        """Returns the bodies of some kinds, and whether the walls are among these, as ``more`` may be."""
         query = self._query()
         if np.size(exclude):
             out = [self._slot_of(body) for body in body_numbers(exclude).ravel().tolist()]
             query = replace(query, slots=query.slots[~np.isin(query.slots, out)])
         if kinds is None:
-            return query
-        return _of_kinds(query, arguments.read_kinds(kinds, query.composition.prepared.kinds, "kinds"))
+            return query, False
+        known = query.composition.prepared.kinds
+        chosen = arguments.read_kinds(kinds, (*known, *more), "kinds")
+        wanted = [number for number, kind in enumerate(known) if kind in chosen]
+        few = query.slots if wanted else query.slots[:0]
+        if len(query.k.rules):  # else there is one kind for all
+            few = few[np.isin(query.k.traits.kind[few], wanted)]
+        return replace(query, slots=few), WALL in chosen
 
     @property
     def _goes_to(self) -> float:
@@ -985,13 +965,6 @@ def distance(a: Placed, b: Placed) -> float:
 def composition_of(simulation: Simulation) -> Composition:
     """Returns the phases of a simulation and their parts."""
     return simulation._engine.composition
-
-
-def _of_kinds(query: Query, kinds: Iterable[Kind]) -> Query:
-    wanted = [number for number, kind in enumerate(query.composition.prepared.kinds) if kind in kinds]
-    if not len(query.k.rules):  # one kind for all
-        return query if wanted else replace(query, slots=query.slots[:0])
-    return replace(query, slots=query.slots[np.isin(query.k.traits.kind[query.slots], wanted)])
 
 
 @answering

@@ -164,7 +164,6 @@ def film(
     future. It is run again from the start, and the simulation does not change.
 
     Args:
-        simulation: the simulation.
         until: the time of the last frame, in the scene's time; None: the present time, or before a run the
             scene's own ``until``, or one time unit.
         begin: that of the first frame; None: the scene's start.

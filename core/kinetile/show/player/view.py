@@ -91,7 +91,6 @@ def view_scene(
     they part, if they do, and the page opens there.
 
     Args:
-        scene: the scene.
         choices: broad phases, each with its options.
         begin: the start of the window; None: the scene's start.
         until: its end; None: the scene's own ``until``, or one time unit after ``begin``.
