@@ -103,7 +103,7 @@ def next_contact_of(
     one, other = int(query.k.queue.number[a]), first.other
     if other >= 0:
         one, other = sorted((one, int(query.k.queue.number[other])), reverse=first.kind == PARTING)
-    return NextContact(*_moment_of(query, first.tick), one, other)
+    return NextContact(*query.clock.moment(query.clock.total(first.tick)), one, other)
 
 
 def cast(
@@ -123,8 +123,8 @@ def cast(
         _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
     else:
         rows, begins = (np.zeros(0), query.slots) if discs else _differences(query, outline)
-        thrown = (*centre, *velocity, outline[1])
-        _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, *thrown, ticks)
+        thrown = np.array([*centre, *velocity, outline[1]])
+        _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, thrown, ticks)
     ticks[_overlapping(query, centre, outline)] = query.now
     at = int(ticks.argmin()) if len(ticks) else 0
     found = _walls(query, centre, outline, velocity, pull) if walls else []
@@ -134,7 +134,7 @@ def cast(
         return None
     t = (tick - query.now) * float(query.k.clock[0].tick)
     flown = math.hypot(*((v + 0.5 * a * t) * t for v, a in zip(velocity, pull, strict=True)))
-    return CastHit(*_moment_of(query, tick), met, flown)
+    return CastHit(*query.clock.moment(query.clock.total(tick)), met, flown)
 
 
 def _walls(
@@ -217,10 +217,6 @@ def _with_differences(query: Query, k: Kernel, outline: Outline) -> Kernel:
     return k._replace(numbers=np.concatenate([[own + 1], index.ravel(), *rows]))
 
 
-def _moment_of(query: Query, tick: int) -> tuple[float, int, int]:
-    return query.clock.moment(query.clock.total(tick))
-
-
 def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
     """Whether nothing precedes what comes first for a body, among others, for any of its bodies. Changes of
     plan go before contacts, except the beginnings of the start."""
@@ -299,8 +295,7 @@ def wall_of(query: Query, a: int) -> tuple[int, int]:
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
     _composed(tick_of_wall, reach_wall=wall.reach_wall)(query.aside, a, answer)
-    tick, which = answer.tolist()
-    return tick, which
+    return int(answer[0]), int(answer[1])
 
 
 def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
@@ -355,20 +350,10 @@ def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Ints) -> None:
             ticks[i] = clock.now + delay
 
 
-def ticks_of_cast(
-    k: Kernel,
-    others: Ints,
-    numbers: Floats,
-    rows: Ints,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    radius: float,
-    ticks: Ints,
-) -> None:
+def ticks_of_cast(k: Kernel, others: Ints, numbers: Floats, rows: Ints, thrown: Floats, ticks: Ints) -> None:
     """Writes down when a body anchored now meets others, a shape by rows of differences; a template."""
     k = disowned(k)
+    x, y, vx, vy, radius = thrown
     clock = k.clock[0]
     for i in range(len(others)):
         body = k.bodies[others[i]]
