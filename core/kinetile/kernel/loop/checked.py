@@ -92,16 +92,15 @@ def _size(k: Kernel, body: int) -> float:
 
 
 @hook
-def _take_back(k: Kernel, body: int) -> None:
-    """Give a body back its velocity before a contact; the one after it stays in its row of ``k.places``."""
-    plan = k.bodies[body]
-    place = k.places[body]
-    vx = plan.vx
-    vy = plan.vy
-    plan.vx = place.vx
-    plan.vy = place.vy
-    place.vx = vx
-    place.vy = vy
+def _refuse(k: Kernel, fault: int, a: int, b: int) -> None:
+    """Blame a response, and exchange velocities with ``k.places``, which has those before the contact."""
+    blame(k, fault, a, b)
+    for body in (a, b):
+        if body >= 0:
+            plan = k.bodies[body]
+            place = k.places[body]
+            plan.vx, place.vx = place.vx, plan.vx
+            plan.vy, place.vy = place.vy, plan.vy
 
 
 @cache
@@ -122,10 +121,7 @@ def parting(function: Hook) -> Hook:
         if b >= 0:
             closing = -closing_speed(one, k.bodies[b], nx, ny) - ROUNDED * size
         if closing > 0.0:
-            blame(k, BAD_RESPONSE, a, b)
-            _take_back(k, a)
-            if b >= 0:
-                _take_back(k, b)
+            _refuse(k, BAD_RESPONSE, a, b)
 
     return call
 
@@ -158,9 +154,6 @@ def dissipating(function: Hook) -> Hook:
         has = _energy(k, a, other, x, y)
         frame = 8.0 * smaller(k.mass[a], k.mass[other]) * (x * x + y * y)
         if has > had + 2.0**-44 * (had + has + frame):  # by more than rounding adds
-            blame(k, ADDED_ENERGY, a, b)
-            _take_back(k, a)
-            if b >= 0:
-                _take_back(k, b)
+            _refuse(k, ADDED_ENERGY, a, b)
 
     return call
