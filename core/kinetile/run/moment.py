@@ -152,9 +152,7 @@ class Moment:
         odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
         if len(odd):
             raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
-        change = any(isinstance(each, SetKind) for each in scene.commands) or len(
-            engine.history.kinds(OF_KIND)
-        )
+        change = scene.changing or len(engine.history.kinds(OF_KIND))
         for each in engine.history.played(scene, engine.clock) if change else ():
             if isinstance(each, SetKind) and each.body in numbers:
                 still_comes = engine.agenda.brings(engine.k, engine.clock, each.body)

@@ -157,10 +157,8 @@ class _Observation:
         kept = None
         if not self.unsaved:
             with calling("observable", self.name, "keeps", may_refuse=False):
-                kept = {
-                    name: copy.deepcopy(getattr(self.observable, name))
-                    for name in self.observable.keeps or ()
-                }
+                names = self.observable.keeps or ()
+                kept = {name: copy.deepcopy(getattr(self.observable, name)) for name in names}
             to_plain(kept, {}, described("observable", self.name))
         times = {name: getattr(self, name) for name in _TIMES}
         return times | {"blocks": {name: each.state for name, each in self.blocks.items()}, "kept": kept}
@@ -218,15 +216,13 @@ class _Observation:
         return numbers
 
     def estimates(self) -> Named[Estimate]:
+        found = Named[Estimate]()
         with calling("observable", self.name, "axes", may_refuse=False):
             axes = self.observable.axes
-            found = {
-                name: blocks.estimate(*_axis(axes[name], name, blocks.shape))
-                if name in axes and blocks.shape
-                else blocks.estimate()
-                for name, blocks in self.blocks.items()
-            }
-        return Named(found)
+            for name, blocks in self.blocks.items():
+                has_axis = name in axes and blocks.shape
+                found[name] = blocks.estimate(*_axis(axes[name], name, blocks.shape) if has_axis else ())
+        return found
 
 
 def _numbers(value: Any, what: str) -> Floats:
@@ -336,34 +332,30 @@ class Observers:
     def __len__(self) -> int:
         return len(self._observations)
 
-    def _of(self, needs: str) -> list[_Observation]:
-        return [each for each in self._observations if each.needs == needs]
-
     @property
     def counter(self) -> RowFunction | None:
         """What takes the short rows of contacts, if anyone needs them."""
-        wanting = self._of("contacts")
-
-        def count(rows: npt.NDArray[np.void]) -> None:
-            collisions = Collisions(rows["a"], rows["b"])
-            for each in wanting:
-                each.collect(collisions)
-
-        return count if wanting else None
+        return self._collecting("contacts", lambda: lambda rows: Collisions(rows["a"], rows["b"]))
 
     @property
     def observer(self) -> RowFunction | None:
         """What takes the long rows, if anyone needs them."""
-        wanting = self._of("velocities")
-        plans = _Plans(self._moment) if wanting else None
+        return self._collecting("velocities", lambda: _Plans(self._moment).collisions)
 
-        def observe(rows: npt.NDArray[np.void]) -> None:
-            assert plans is not None
-            collisions = plans.collisions(rows)
+    def _collecting(
+        self, needs: str, reader: Callable[[], Callable[[npt.NDArray[np.void]], Collisions]]
+    ) -> RowFunction | None:
+        wanting = [each for each in self._observations if each.needs == needs]
+        if not wanting:
+            return None
+        read = reader()
+
+        def collect(rows: npt.NDArray[np.void]) -> None:
+            collisions = read(rows)
             for each in wanting:
                 each.collect(collisions)
 
-        return observe if wanting else None
+        return collect
 
     def advance(self, end: End, run_to: Callable[[End], Event | None]) -> Event | None:
         """Runs to an end by ``run_to``, with a stop at each sample; returns what the last call returns."""
