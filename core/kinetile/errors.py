@@ -409,8 +409,6 @@ def answering(call: Callable[_Arguments, _Result], checked: bool = True) -> Call
                 raise BadOption(f"{title}: {name} is {shown(given)}; expected {right}")
         try:
             return call(*args, **kwargs)
-        except BadOption:
-            raise
         except TypeError:
             wrong = _wrong_argument(call, args, kwargs)
             if not wrong:

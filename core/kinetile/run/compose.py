@@ -152,22 +152,17 @@ def _parts(response: Response, scene: Scene) -> ResponseParts:
 
 
 def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks: bool, shapes: bool) -> None:
-    """Refuses narrow phases that do not support rules."""
     for name, parts in narrow.items():
-        label = described("narrow phase", name)
-        if passing and isinstance(parts, PairParts) and parts.part is None:
-            raise Refused(
-                f"{label} does not say when two bodies part that pass through each other: it has no part"
-            )
-        if passing and shapes and isinstance(parts, PairParts) and parts.gap is None:
-            raise Refused(
-                f"{label} does not say how far apart two shapes are that may pass through each other: it has "
-                "no gap"
-            )
+        lacks = ""
         if hooks and parts.touch is None:
-            raise Refused(
-                f"{label} does not say along which line bodies touch: it has no touch, as responses need"
-            )
+            lacks = "along which line bodies touch: it has no touch, as responses need"
+        if passing and isinstance(parts, PairParts):
+            if shapes and parts.gap is None:
+                lacks = "how far apart two shapes are that may pass through each other: it has no gap"
+            if parts.part is None:
+                lacks = "when two bodies part that pass through each other: it has no part"
+        if lacks:
+            raise Refused(f"{described('narrow phase', name)} does not say {lacks}")
 
 
 DEFAULT_BROAD_PHASE = "cells"

@@ -186,10 +186,10 @@ def _squeezed(k: Kernel, slots: tuple[int, int]) -> int | None:
     speed = np.hypot(k.bodies.vx, k.bodies.vy)
     fixed = np.isinf(k.mass[: len(speed)])
     pushing = float(speed[fixed & (k.queue.number >= 0)].max(initial=0.0))
-    found = [
-        each for each in slots if each >= 0 and not fixed[each] and speed[each] > SQUEEZED_BY * pushing > 0
-    ]
-    return int(k.queue.number[found[0]]) if found else None
+    for slot in slots:
+        if slot >= 0 and not fixed[slot] and speed[slot] > SQUEEZED_BY * pushing > 0:
+            return int(k.queue.number[slot])
+    return None
 
 
 def _pass_through(k: Kernel, composition: Composition, a: int, b: int) -> bool:
