@@ -18,7 +18,7 @@ from string import Template
 from kinetile.errors import BadOption, one_of
 from kinetile.plugin.registry import registry
 from kinetile.plugin.specs import Kind
-from kinetile.targets import write_file
+from kinetile.targets import record_errors, write_file
 
 _KINDS: dict[str, tuple[Kind, str, str]] = {
     "phase": ("broad phase", "bodies on leashes; near are those whose leashes meet", "conform {}"),
@@ -47,12 +47,11 @@ def new_plugin(name: str, into: str | os.PathLike[str] = ".", kind: str = "broad
     try:
         for path, text in contents.items():
             target = folder / path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            write_file(target, text)
-    except BaseException as error:
+            with record_errors(f"{str(target)!r} cannot be written", raised=BadOption):
+                target.parent.mkdir(parents=True, exist_ok=True)
+                write_file(target, text)
+    except BaseException:
         rmtree(folder, ignore_errors=True)
-        if isinstance(error, OSError):
-            raise BadOption(f"{str(target)!r} cannot be written: {error.strerror}") from error
         raise
     return folder
 

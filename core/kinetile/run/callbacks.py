@@ -41,11 +41,8 @@ class Calls:
     def __call__(self, event: Event) -> bool:
         """Calls what there is for a contact; returns whether one of them says that the run is to stop."""
         there = [*map(self.kinds.index, event.kinds or (0,) * len(event.bodies)), len(self.kinds)]
-        stops = False
-        for those, function in self.functions:
-            said = function(event) if those[there[0], there[1]] else False
-            stops = (isinstance(said, bool | np.bool_) and bool(said)) or stops
-        return stops
+        said = [function(event) for those, function in self.functions if those[there[0], there[1]]]
+        return any(isinstance(each, bool | np.bool_) and bool(each) for each in said)
 
 
 def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:

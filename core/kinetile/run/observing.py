@@ -333,14 +333,10 @@ class Observers:
         return len(self._observations)
 
     @property
-    def counter(self) -> RowFunction | None:
-        """What takes the short rows of contacts, if anyone needs them."""
-        return self._collecting("contacts", lambda: lambda rows: Collisions(rows["a"], rows["b"]))
-
-    @property
-    def observer(self) -> RowFunction | None:
-        """What takes the long rows, if anyone needs them."""
-        return self._collecting("velocities", lambda: _Plans(self._moment).collisions)
+    def readers(self) -> tuple[RowFunction | None, RowFunction | None]:
+        """What takes the short rows of contacts, and what takes the long ones, if anyone needs them."""
+        count = self._collecting("contacts", lambda: lambda rows: Collisions(rows["a"], rows["b"]))
+        return count, self._collecting("velocities", lambda: _Plans(self._moment).collisions)
 
     def _collecting(
         self, needs: str, reader: Callable[[], Callable[[npt.NDArray[np.void]], Collisions]]

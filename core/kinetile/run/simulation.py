@@ -343,7 +343,7 @@ class Simulation(Moment):
             if stop is not None:
                 engine.watch(stop)
             try:
-                read_by = (observers.counter, observers.observer) if observers else (None, None)
+                read_by = observers.readers if observers else (None, None)
                 with engine.ledger.recording(recorder, moment, *read_by):
                     event = observers.advance(end, run_to) if observers else run_to(end)
             except BaseException:

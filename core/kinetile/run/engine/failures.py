@@ -49,15 +49,19 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     named = f"bodies {a} and {b}" if b >= 0 else f"body {a}"
     named += f" and the {WALLS[b]} wall" if b in WALLS else ""
     at, phase = f"at time {time!r}", described("broad phase", composition.broad_phase)
+    narrow = " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
     if fault == tables.TOO_DEEP and b >= 0 and _pass_through(k, composition, *slots):
-        narrow = _narrow_phases(composition)
         return PhaseError(
             f"{at} {named} overlap more than rounding explains, and no contact of theirs has been "
             f"missed: {narrow} lets them go on towards each other at a contact, so that bodies pass through "
             "each other; a collide has to part them (without a narrow phase for pairs all bodies pass)"
         )
     if fault in (tables.TOO_DEEP, tables.LATE_CONTACT):
-        return MissedContactError(f"{at} {_missed(composition, fault, b, named)}", time=time, bodies=bodies)
+        who, how = (phase, "reported the pair") if b >= 0 else (narrow, "foresaw it")
+        what = f"{named} overlap more than rounding explains: {who} has missed their contact"
+        if fault == tables.LATE_CONTACT:
+            what = f"a contact of {named} came up that lies in the past: {who} {how} too late"
+        return MissedContactError(f"{at} {what}", time=time, bodies=bodies)
     if fault == tables.JAMMED:
         squeezed = _squeezed(k, slots)
         many = f"{int(clock.jam.window_size)} contacts took next to no time, the last of them between {named}"
@@ -74,7 +78,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
     if fault >= tables.MY_FAULT:
         return PhaseError(f"{at} {phase} {_its_own(composition, fault - tables.MY_FAULT, a, b)}")
-    room, narrow = len(k.near) - tables.SPARE, _narrow_phases(composition)
+    room = len(k.near) - tables.SPARE
     met = f"named body {b} as the first that body {a} meets, which is no body of the scene"
     apart = {
         tables.NOT_FINITE: f"a contact of {named} has no outcome in finite numbers, as where centres meet",
@@ -89,15 +93,6 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     }
     of_phase = broken.get(fault, f"left fault {fault} ({a}, {b})")
     return PhaseError(f"{at} {apart.get(fault, f'{phase} {of_phase}')}")
-
-
-def _missed(composition: Composition, fault: int, other: int, named: str) -> str:
-    phase, narrow = described("broad phase", composition.broad_phase), _narrow_phases(composition)
-    if fault == tables.LATE_CONTACT:
-        late = f"{phase} reported the pair too late" if other >= 0 else f"{narrow} foresaw it too late"
-        return f"a contact of {named} came up that lies in the past: {late}"
-    missed = phase if other >= 0 else narrow
-    return f"{named} overlap more than rounding explains: {missed} has missed their contact"
 
 
 def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[int, int], named: str) -> str:
@@ -117,10 +112,6 @@ def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[
         f"{composition.rules.named(response.name)}, for {met}, {does}: the velocities before it are "
         f"{was.tolist()}, and after it {made.tolist()}; {right}"
     )
-
-
-def _narrow_phases(composition: Composition) -> str:
-    return " and ".join(described("narrow phase", name) for name in composition.narrow_phases)
 
 
 def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:

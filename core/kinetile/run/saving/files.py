@@ -267,9 +267,8 @@ def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
     for name, value in zip(Bounds._fields[:_BOUNDS], content["bounds"], strict=True):
         if not isinstance(value, float):
             raise TypeError(f"{name} is {shown(value)}")
-    if len(content["later"]) != len(arrays["later"]) or not all(
-        type(each) is int for each in content["later"]
-    ):
+    ticks = content["later"]
+    if len(ticks) != len(arrays["later"]) or not all(type(each) is int for each in ticks):
         raise TypeError("a command has no tick")
     if not all(isinstance(each, Shape) for each in content["shapes"]):
         raise TypeError("a shape is of another type")
