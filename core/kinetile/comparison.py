@@ -206,7 +206,6 @@ def compare(
     Args:
         broad_phases: names, or pairs (name, options); None: all that are installed and accept the scene.
         until: the end; None: the scene's own, with ``max_contacts`` as well, or one time unit without both.
-        max_contacts: the largest number of contacts.
         narrow_phases: as for ``Simulation``.
         start: called with a label and the simulation before each run.
         finish: called with the outcome of each run after it.

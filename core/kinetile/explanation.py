@@ -62,8 +62,7 @@ def _sentences(engine: Engine, certificates: int) -> Iterator[tuple[bool, str]]:
     if phases.pair is None:
         yield False, "contacts of two bodies: no narrow phase for pairs is named"
     else:
-        named = ", ".join(phases.narrow_phases) or "none"
-        yield True, f"contacts of two bodies (narrow phases: {named})"
+        yield True, f"contacts of two bodies (narrow phases: {', '.join(phases.narrow_phases)})"
         coming = (each.mass for each in scene.commands if isinstance(each, Insert))
         masses = {*scene.mass.tolist(), *coming}
         if len(masses) < 2:

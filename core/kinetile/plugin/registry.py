@@ -218,7 +218,6 @@ def _all_names(spec: Spec) -> tuple[str, ...]:
 
 
 def _label(plugin: object) -> str:
-    """Returns the name under which a plugin of this process is listed."""
     name = getattr(plugin, "__name__", None)
     return name if isinstance(name, str) else type(plugin).__name__
 

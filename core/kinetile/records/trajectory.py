@@ -95,8 +95,7 @@ class Trajectory:
         numbers = flights.value("x", "y", "vx", "vy")
         if scene.bent:
             numbers = np.hstack([numbers, self._accelerations[1]])
-        wrong = np.flatnonzero(~(np.abs(numbers) < _FARTHEST).all(axis=1))
-        for k in wrong[:1].tolist():
+        for k in np.flatnonzero(~(np.abs(numbers) < _FARTHEST).all(axis=1))[:1].tolist():
             raise RecordError(
                 f"in row {flights.row[k]} body {flights.body[k]} is not where the scene and the rows before "
                 f"have sent it, or has no such velocity: {numbers[k].tolist()}"

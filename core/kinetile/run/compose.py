@@ -88,12 +88,9 @@ class Rules:
 
     def parts(self, pair: PairParts | None) -> dict[str, Any]:
         """Returns their values for the templates."""
-        found: dict[str, Any] = {"RESPONSES": len(self.hooks), "FOREIGN": bool(self.foreign)}
-        for number, hook in enumerate(self.hooks, 1):
-            found[f"respond_{number}"] = self.foreign.get(hook, hook)
-        if pair is not None and pair.part is not None:
-            found["part"] = pair.part
-        return found
+        hooks = {f"respond_{at}": self.foreign.get(hook, hook) for at, hook in enumerate(self.hooks, 1)}
+        part = {} if pair is None or pair.part is None else {"part": pair.part}
+        return {"RESPONSES": len(hooks), "FOREIGN": bool(self.foreign), **hooks, **part}
 
 
 def read_rules(

@@ -13,7 +13,7 @@ import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,12 +31,9 @@ from kinetile.run.engine.engine import UNLIMITED, Engine
 from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
+from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite, is_number, shown
 from kinetile.statistics import Blocks, Estimate, Floats, Named, Observed, Series
-
-if TYPE_CHECKING:
-    from kinetile.scene import Scene
-
 
 _INTERVALS = 100
 

@@ -51,7 +51,7 @@ from kinetile.run.questions.places import Query, RayHit
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
-from kinetile.scene import Insert, Scene, relabelled
+from kinetile.scene import Insert, Scene, relabelled, with_commands
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import WALL, read_count
 from kinetile.scene.commands import name_like
@@ -595,12 +595,12 @@ class Simulation(Moment):
         """Returns the scene together with all interactive commands, each at its exact time, and
         with the present moment as its exact end: under any phase it has the contacts of this run."""
         engine = self._engine
-        played = engine.history.in_scene(engine.scene, engine.clock)
+        commands = engine.history.played(engine.scene, engine.clock)
+        played = with_commands(engine.scene, commands, kinds=engine.scene.kinds)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
         origin = dict(played.origin, contacts=engine.contacts - engine.met_now)  # some of now may have no row
-        return relabelled(
-            played, settings=replace(played.settings, until=engine.time, end=end), origin=origin
-        )
+        settings = replace(played.settings, until=engine.time, end=end)
+        return relabelled(played, settings=settings, origin=origin)
 
     # Results
 

@@ -25,7 +25,7 @@ from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields, Tables
-from kinetile.scene import Accelerate, Insert, Move, Remove, Scene, SetKind, Turn, with_commands
+from kinetile.scene import Accelerate, Insert, Move, Remove, Scene, SetKind, Turn
 from kinetile.scene import Command as SceneCommand
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
@@ -321,10 +321,6 @@ class History:
         self._take_in_last()
         rows = np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 3)
         return rows[rows[:, 2] == code, :2]
-
-    def in_scene(self, scene: Scene, clock: Clock) -> Scene:
-        """Returns a scene with the commands that are ``played``."""
-        return with_commands(scene, self.played(scene, clock), kinds=scene.kinds)
 
     def played(self, scene: Scene, clock: Clock) -> list[SceneCommand]:
         """Returns these commands with a scene's, at their exact times, and without the scene's for bodies

@@ -152,7 +152,6 @@ class Ledger:
         return self._hashed().hexdigest()
 
     def _hashed(self) -> Fingerprint:
-        """Returns the digest, of all contacts."""
         if self._chunks < len(self._waiting):
             with Unbroken():
                 for epoch, kept in self._waiting[self._chunks :]:
@@ -233,7 +232,6 @@ class Ledger:
         self.complete = True
 
     def _room_for(self, rows: int) -> npt.NDArray[np.void]:
-        """Returns room for what is kept of a chunk."""
         if self._total < LONG:
             return np.empty(rows, KEPT)
         if rows > len(self._room):

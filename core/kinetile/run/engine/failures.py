@@ -78,21 +78,20 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         )
     if fault >= tables.MY_FAULT:
         return PhaseError(f"{at} {phase} {_its_own(composition, fault - tables.MY_FAULT, a, b)}")
+    if fault == tables.NOT_FINITE:
+        what = f"a contact of {named} has no outcome in finite numbers, as where centres meet"
+        return PhaseError(f"{at} {what}")
     room = len(k.near) - tables.SPARE
-    met = f"named body {b} as the first that body {a} meets, which is no body of the scene"
-    apart = {
-        tables.NOT_FINITE: f"a contact of {named} has no outcome in finite numbers, as where centres meet",
-        tables.BAD_PARTNER: f"{narrow} {met}",
-    }
+    who = narrow if fault == tables.BAD_PARTNER else phase
     broken = {
+        tables.BAD_PARTNER: f"named body {b} as the first that body {a} meets, which is no body of the scene",
         tables.BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
         tables.BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {room}",
         tables.BAD_NAME: f"named body {b} as near body {a}, which is no body of the scene",
         tables.BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
         tables.UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
     }
-    of_phase = broken.get(fault, f"left fault {fault} ({a}, {b})")
-    return PhaseError(f"{at} {apart.get(fault, f'{phase} {of_phase}')}")
+    return PhaseError(f"{at} {who} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
 
 
 def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[int, int], named: str) -> str:
