@@ -174,8 +174,7 @@ def read_end(
 ) -> End:
     """Returns the requested end, exact if it is the scene's own; ValueError for an invalid or past one."""
     scene, settings, given = engine.scene, engine.scene.settings, until
-    if until is None:
-        until = settings.until
+    until = settings.until if given is None else given
     if until is None and max_contacts is None and max_events is None:
         raise ValueError("run needs an end: until=, max_contacts=, max_events= or an until in the scene")
     contacts = UNLIMITED if max_contacts is None else _last(engine.contacts, max_contacts, "max_contacts")

@@ -201,11 +201,8 @@ class Renewed(NamedTuple):
 def renewed(
     k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None, roomy: bool = False
 ) -> Renewed:
-    """Prepares the phases for the present bodies, and for those that commands insert, if given;
-    with twice as many slots if they are all taken, or if ``roomy``.
-
-    Raises Refused if a phase does not accept that.
-    """
+    """Prepares the phases for the present bodies, and for those that commands insert, if given; with twice as
+    many slots if they are all taken, or if ``roomy``. Raises Refused if a phase does not accept that."""
     contents, slots = contents_of(k), len(k.bodies)
     needed = len(contents.plans) + (0 if coming is None else len(coming))
     capacity = max(2 * slots, needed, LEAST) if roomy or needed > slots else slots
@@ -218,10 +215,7 @@ def renewed(
 
 def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) -> Renewed:
     """Runs the next commands, one insertion or removal, or ``many`` insertions that have room in the log, and
-    prepares the phases for the bodies after them.
-
-    Raises Refused if a phase does not accept that.
-    """
+    prepares the phases for the bodies after them. Raises Refused if a phase does not accept that."""
     first = int(k.clock[0].lists.command)
     commands = k.commands[first : first + many]
     if int(commands[0].code) == INSERTED:
