@@ -480,7 +480,8 @@ def meeting(scene: Scene, by: float, before: float) -> float | None:
     frame = Frame(None, bits)
     places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)
     columns = np.column_stack([places, scene.velocity, by * scene.radius]).tolist()
-    pair = PairQuadratic(*(FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns))
+    one, two = (FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns)
+    pair = PairQuadratic(one, two)
     if scene.shapes:
         shapes = (scaled(scene.shapes[at], by) for at in scene.shape)
         met = contact(Difference(*shapes), pair)
