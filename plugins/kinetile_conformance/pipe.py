@@ -158,9 +158,8 @@ class EngineReport(Report):
         """What the verdict does not cover."""
         done, of = len(self.results), len(JUDGING[self.asked])
         some = f", by {done} of {of} checks" if done < of else ""
-        if not self.untried:
-            return some
-        return f"{some}, but for {', '.join(self.untried)}: no such line was answered"
+        untried = f", but for {', '.join(self.untried)}: no such line was answered" if self.untried else ""
+        return some + untried
 
     @property
     def head(self) -> str:

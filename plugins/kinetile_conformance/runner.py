@@ -334,7 +334,7 @@ class Runner:
             status = "skipped"
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
         result = Result(each.name, each.sentence, status, run.count, 0.0, reason=reason)
-        result = result if run.message is None else self._failed(run, replace(result, reason=""))
+        result = result if run.message is None else self._failed(run, result)
         return replace(result, seconds=spent() - began)
 
     def _scenes(self, run: CheckRun) -> Iterator[Scene | Refused]:
