@@ -138,10 +138,9 @@ def _print_oracle(
         return
     if found is not None:
         show(str(found), f"the oracle: {certified}")
-    elif certified.contacts:
-        show(_contacts_table(certified.contacts), str(certified))
     else:
-        show(str(certified))
+        tables = [_contacts_table(certified.contacts)] if certified.contacts else []
+        show(*tables, str(certified))
 
 
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:

@@ -115,19 +115,47 @@ def conform(
     named = [phase] if phase is not None else [], [command] if command is not None else []
     (judged,), checks = to_judge(*named, check, of_phases, of_programs)
     try_folder("--save-to", save_to, keep=False)
-    first = FirstSignal()
-    show = _Printer(judged, json, first)
+    from kinetile_conformance import CHECKS
+
+    first, bar, at, status = FirstSignal(), Bar("judging"), "", "complete"
+    wide = max(len(each.name) for each in CHECKS)
+
+    def tell_scene(name: str, count: int) -> None:
+        nonlocal at
+        first.check()
+        at = f" in {name}, at scene {count:,}"
+        bar.show(None, f"{name}: {count:,} scenes")
+
+    def tell_result(result: Result) -> None:
+        nonlocal at
+        at = ""
+        bar.close()
+        if json:
+            _line({"result": judged.report.row(result)})
+        else:
+            for line in judged.report.lines(result, wide):
+                echo(line)
+
+    if not json:
+        echo(f"{judged.report.head}\n")
     who = " with ".join([judged.report.label, *judged.report.subject.beside])
     notice(f"judging {who} on {examples:,} scenes a check{compiling_first()} ...")
     how: dict[str, Any] = {"examples": examples, "checks": checks, "save_to": save_to, "shrink": shrink}
     try:
-        with first:
-            judged.run(show.result, on_scene=show.scene, seed=seed, **how)
+        with first, bar:
+            judged.run(tell_result, on_scene=tell_scene, seed=seed, **how)
     except KeyboardInterrupt:
-        show.end("interrupted")
-        notice(f"kinetile: interrupted{show.at}")
-        raise typer.Exit(128 + first.number if first.number else INTERRUPTED) from None
-    show.end("complete")
+        status = "interrupted"
+    if json:
+        from kinetile.instruments import versions
+
+        conforms = {"conforms": judged.report.conforms if status == "complete" else None}
+        _line({"status": status, "versions": versions()} | judged.report.as_dict() | conforms)
+    elif status == "complete":
+        echo(f"\n{judged.report.foot}")
+    if status != "complete":
+        notice(f"kinetile: interrupted{at}")
+        raise typer.Exit(128 + first.number if first.number else INTERRUPTED)
     if judged.report.exit_code:
         raise typer.Exit(judged.report.exit_code)
 
@@ -195,46 +223,6 @@ def compiling_first() -> str:
     from kinetile.instruments import INTERPRETED
 
     return "" if INTERPRETED else "; loops that are not compiled yet are compiled first (about 10 s each)"
-
-
-class _Printer:
-    def __init__(self, judged: Judged, json: bool, signals: FirstSignal) -> None:
-        from kinetile_conformance import CHECKS
-
-        self._signals = signals
-        self._judged = judged
-        self._json = json
-        self._wide = max(len(check.name) for check in CHECKS)
-        if not json:
-            echo(f"{judged.report.head}\n")
-        self.at = ""
-        self._bar = Bar("judging")
-
-    def scene(self, check: str, count: int) -> None:
-        """Shows how far a check is, on a terminal; a signal that has come ends it."""
-        self._signals.check()
-        self.at = f" in {check}, at scene {count:,}"
-        self._bar.show(None, f"{check}: {count:,} scenes")
-
-    def result(self, result: Result) -> None:
-        self.at = ""
-        self._bar.close()
-        if self._json:
-            _line({"result": self._judged.report.row(result)})
-        else:
-            for line in self._judged.report.lines(result, self._wide):
-                echo(line)
-
-    def end(self, status: str) -> None:
-        self._bar.close()
-        report = self._judged.report
-        if self._json:
-            from kinetile.instruments import versions
-
-            found = {"status": status, "versions": versions()} | report.as_dict()
-            _line(found if status == "complete" else found | {"conforms": None})
-        elif status == "complete":
-            echo(f"\n{report.foot}")
 
 
 def _line(row: dict[str, Any]) -> None:

@@ -15,6 +15,7 @@ fails (a scene that is not valid does not):
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
 from typing import Generic, TypeVar
@@ -32,20 +33,18 @@ from kinetile_conformance.strategies.changes import ended_at, only_bodies, only_
 from kinetile_conformance.strategies.gallery import smallest
 
 
+@dataclass
 class Drawing:
     """The scenes for the checks of a run, from a seed, each as ``dressed`` shows it to the phases."""
 
-    def __init__(
-        self, examples: int, seed: int, dressed: Callable[[Scene], Scene] = lambda scene: scene
-    ) -> None:
-        self._dressed = dressed
-        self.examples = examples
-        self.seed = seed
-        self._drawn: dict[str, tuple[list[Scene | Refused], Iterator[Scene | Refused]]] = {}
+    examples: int
+    seed: int
+    dressed: Callable[[Scene], Scene] = lambda scene: scene
+    _drawn: dict[str, tuple[list[Scene | Refused], Iterator[Scene | Refused]]] = field(default_factory=dict)
 
     def _shown(self, scene: Scene) -> Scene | Refused:
         try:
-            return self._dressed(scene)
+            return self.dressed(scene)
         except Refused as error:
             return error
 

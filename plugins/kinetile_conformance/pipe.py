@@ -158,9 +158,8 @@ class EngineReport(Report):
         """What the verdict does not cover."""
         done, of = len(self.results), len(JUDGING[self.asked])
         some = f", by {done} of {of} checks" if done < of else ""
-        if not self.untried:
-            return some
-        return f"{some}, but for {', '.join(self.untried)}: no such line was answered"
+        untried = f", but for {', '.join(self.untried)}: no such line was answered" if self.untried else ""
+        return some + untried
 
     @property
     def head(self) -> str:
@@ -273,16 +272,9 @@ class EngineRunner:
         most = each.strategy.contacts if each.strategy else CONTACTS
         question = QUESTIONS[self._asked](self._within, most)
         run = _EngineRun(each, self._engine, question, self._on_scene)
+        scenes = (scene for scene in self._drawing.scenes(each) if isinstance(scene, Scene))
         try:
-            if (
-                not all(
-                    run.holds(case)
-                    for scene in self._drawing.scenes(each)
-                    if isinstance(scene, Scene)
-                    for case in question.cases(scene)
-                )
-                and plan.shrink
-            ):
+            if not all(run.holds(case) for scene in scenes for case in question.cases(scene)) and plan.shrink:
                 run.minimise()
         except EngineError as error:
             folder = plan.save_to if run.wrong else None

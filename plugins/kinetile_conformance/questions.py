@@ -20,7 +20,7 @@ from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from pydantic import ConfigDict, Field, ValidationError, create_model
 
 from kinetile import Scene, Settings
 from kinetile.errors import KinetileError, SceneError
@@ -66,24 +66,19 @@ Body = Annotated[int, Field(ge=-(2**31), lt=2**31)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class Form(NamedTuple):
-    """The form of an answer: the key of its value, how that is written, and what reads it."""
+class Form:
+    """The form of an answer: the key of its value, how that is written, and its type."""
 
-    key: str
-    shown: str
-    model: type[BaseModel]
-
-    @classmethod
-    def of(cls, key: str, shown: str, kind: Any) -> Form:
-        """Returns the form of answers whose value is of a type."""
+    def __init__(self, key: str, shown: str, kind: Any) -> None:
+        self.key, self.shown = key, shown
         fields: dict[str, Any] = {key: (kind, None), "refused": (str | tuple[str, ...], "")}
         config = ConfigDict(extra="forbid", strict=True)
-        return cls(key, shown, create_model("Answer", __config__=config, **fields))
+        self._model = create_model("Answer", __config__=config, **fields)
 
     def read(self, line: bytes) -> Any:
         """Returns the value of an answer, or its refusal: a string or a tuple; raises ValueError for none."""
         try:
-            found = self.model.model_validate_json(line)
+            found = self._model.model_validate_json(line)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             raise ValueError(": ".join([*(f"{at}" for at in first["loc"]), first["msg"]])) from None
@@ -179,8 +174,8 @@ class Contacts(Question):
         return Exchange(_line(_tables(scene)), form, judge, right, scene)
 
 
-EXACT_CONTACTS = Form.of("contacts", "[[epoch, tick, a, b], ...]", list[tuple[Long, Long, Body, Body]])
-TIMED_CONTACTS = Form.of("contacts", "[[time, a, b], ...]", list[tuple[Finite, Body, Body]])
+EXACT_CONTACTS = Form("contacts", "[[epoch, tick, a, b], ...]", list[tuple[Long, Long, Body, Body]])
+TIMED_CONTACTS = Form("contacts", "[[time, a, b], ...]", list[tuple[Finite, Body, Body]])
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
@@ -380,13 +375,12 @@ class Pairs(Question):
     ) -> str | None:
         seen: set[tuple[int, int]] = set()
         for a, b in rows:
-            strange = next((body for body in (a, b) if body not in bodies), None)
-            if strange is not None:
-                return f"at moment {at} the engine names pair [{a}, {b}], and there is no body {strange}"
-            if a == b or (min(a, b), max(a, b)) in seen:
+            strange, pair = [body for body in (a, b) if body not in bodies], (min(a, b), max(a, b))
+            if strange or a == b or pair in seen:
                 why = "a body with itself" if a == b else "once more"
+                why = f"and there is no body {strange[0]}" if strange else why
                 return f"at moment {at} the engine names pair [{a}, {b}], {why}"
-            seen.add((min(a, b), max(a, b)))
+            seen.add(pair)
         self._count(len(right), len(seen))
         for a, b in right:
             if (a, b) not in seen:
@@ -403,7 +397,7 @@ class Pairs(Question):
         return minimised(case, fails, seconds, steps)
 
 
-PAIRS = Form.of("pairs", "[[a, b], ...]", list[tuple[Body, Body]])
+PAIRS = Form("pairs", "[[a, b], ...]", list[tuple[Body, Body]])
 
 
 def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
@@ -448,8 +442,6 @@ class Casts(Question):
 
     def exchanges(self, case: Scene) -> Iterator[Exchange]:
         """Yields the line of two bodies."""
-        if len(case) != 2:
-            return
         within, end = cast(float, self.within), horizon(case)
         exact = meeting(case, 1.0, 0.0)
         right = exact if exact is not None and exact <= end else None
@@ -475,7 +467,7 @@ class Casts(Question):
         yield Exchange(line, CAST, judge, right, case)
 
 
-CAST = Form.of("time", "a number or null", Finite | None)
+CAST = Form("time", "a number or null", Finite | None)
 
 
 def _when(time: float | None) -> str:
@@ -487,8 +479,7 @@ def meeting(scene: Scene, by: float, before: float) -> float | None:
     bits = unit_bits(scene)
     frame = Frame(None, bits)
     places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)
-    sizes = scene.radius * by
-    columns = np.column_stack([places, scene.velocity, sizes]).tolist()
+    columns = np.column_stack([places, scene.velocity, by * scene.radius]).tolist()
     one, two = (FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns)
     pair = PairQuadratic(one, two)
     if scene.shapes:

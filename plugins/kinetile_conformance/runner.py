@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, ClassVar, TypedDict
 
 from kinetile import Response, Scene, Settings, box, capsule, registry
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName, one_of
@@ -196,31 +196,28 @@ def applicable(subject: Subject, each: Check) -> str | None:
     return None
 
 
+@dataclass
 class CheckRun:
     """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest; the
     ``number`` is that of the scene as it was drawn."""
 
-    failures: tuple[type[Exception], ...] = (Exception,)
+    failures: ClassVar[tuple[type[Exception], ...]] = (Exception,)
     """Errors that are a failure of the check, as whatever a foreign phase raises is; others end the run."""
 
-    def __init__(
-        self,
-        each: Check,
-        subject: Subject,
-        reference: Reference | None = None,
-        observe: Callable[[int, Any, Exception | None], None] = unheard,
-        seconds: float = math.inf,
-    ) -> None:
-        self.each = each
-        self.subject = subject
+    each: Check
+    subject: Subject
+    reference: Reference | None = None
+    observe: Callable[[int, Any, Exception | None], None] = unheard
+    seconds: float = math.inf
+
+    def __post_init__(self) -> None:
         self.count = self.refused = 0
         self.refusal = self.inapplicable = ""
         self.message: str | None = None
         self.scene: Scene | None = None
-        self.end = spent() + seconds
+        self.end = spent() + self.seconds
         self.number: int | None = None
-        self._reference = reference or reference_of(subject)
-        self._observe = observe
+        self._reference = self.reference or reference_of(self.subject)
 
     def look(self, scene: Any) -> None:
         """Runs the check on a scene; raises Disagreement, or Refused where the phase refuses it."""
@@ -235,7 +232,7 @@ class CheckRun:
         try:
             if isinstance(scene, Refused):
                 raise scene
-            self._observe(self.count, scene, None)
+            self.observe(self.count, scene, None)
             self.look(scene)
         except Refused as error:
             self.refused += 1
@@ -243,7 +240,7 @@ class CheckRun:
             if isinstance(error, DoesNotApply):
                 self.inapplicable = str(error)
         except self.failures as error:
-            self._observe(self.count, scene, error)
+            self.observe(self.count, scene, error)
             is_own = type(error).__module__ == "kinetile.errors"  # with the place in its message
             place = "" if is_own else place_of(error)
             self.message, self.scene = f"{type(error).__name__}: {error}{place}", scene
@@ -337,7 +334,7 @@ class Runner:
             status = "skipped"
             reason = run.inapplicable or f"it refuses all scenes of this check: {run.refusal}"
         result = Result(each.name, each.sentence, status, run.count, 0.0, reason=reason)
-        result = result if run.message is None else self._failed(run, replace(result, reason=""))
+        result = result if run.message is None else self._failed(run, result)
         return replace(result, seconds=spent() - began)
 
     def _scenes(self, run: CheckRun) -> Iterator[Scene | Refused]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import linecache
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from dis import get_instructions
 from functools import wraps
 from inspect import unwrap
@@ -185,17 +185,17 @@ STRICT = ("build", "repair", "replan", "near", "enter", "leave", "soon")
 """Compiled elsewhere: they have tables without an index below zero."""
 
 
+@dataclass
 class Watched:
     """The broad phase of a subject, with watched hooks, for one run; ``message`` names the first breach."""
 
-    def __init__(self, subject: Subject) -> None:
-        self.message: str | None = None
-        self._subject = subject
+    subject: Subject
+    message: str | None = None
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
         """Returns the parts of the phase under test, with watched hooks."""
         held = copies(of_scene(scene))
-        made = registry().target("broad phase", self._subject.name)(**self._subject.options)
+        made = registry().target("broad phase", self.subject.name)(**self.subject.options)
         parts: BroadPhaseParts = made.prepare(scene)
         for name, arrays in held.items():
             for field in changed(name, *arrays):

@@ -86,23 +86,20 @@ class Pressure(Observable):
             x, y = place.T
             apart = displacement(self.scene, collisions.position[:, 1] - place)
             to_wall = np.choose(np.where(walls, -b - 1, 0), [x, width - x, y, height - y])
-            push = np.hypot(*collisions.impulse.T)
-            along = (apart * collisions.impulse).sum(axis=1)
-            self.virial = _added(self.virial, np.where(walls, to_wall * push, along))
-            np.add.at(self.at_walls, -1 - b[walls], push[walls])  # one by one, as ``_added``
-            return
-        if max(a.max(initial=0), b.max(initial=0)) >= len(self.radius) - 4:
+            pushes = np.hypot(*collisions.impulse.T)
+            terms = np.where(walls, to_wall * pushes, (apart * collisions.impulse).sum(axis=1))
+        elif max(a.max(initial=0), b.max(initial=0)) >= len(self.radius) - 4:
             raise Refused(
                 "a body was inserted by hand, and pressure by counts is of the bodies of the scene: expected "
                 "pressure:by=impulses"
             )
-        if self.alike:  # counted; a weight for all of them is in sample
-            np.add.at(self.at_walls, -1 - b[walls], 1.0)
-            self.virial += np.count_nonzero(~walls)
+        elif self.alike:  # counted; a weight for all of them is in sample
+            pushes, terms = np.ones(len(b)), np.where(walls, 0.0, 1.0)
         else:
             pushes = 1.0 / np.sqrt(self.inverse_mass[a] + self.inverse_mass[b])
-            self.virial = _added(self.virial, (self.radius[a] + self.radius[b]) * pushes)
-            np.add.at(self.at_walls, -1 - b[walls], pushes[walls])
+            terms = (self.radius[a] + self.radius[b]) * pushes
+        self.virial = _added(self.virial, terms)
+        np.add.at(self.at_walls, -1 - b[walls], pushes[walls])  # one by one, as ``_added``
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the pressures of the time since the last sample."""

@@ -9,6 +9,7 @@ import os
 import signal
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -189,24 +190,21 @@ def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) ->
         )
 
 
+@dataclass
 class Checkpoint:
     """Saves a simulation to a file, with a ``note``: when a run begins, at intervals of some seconds, and at
     its end. One that cannot be written is reported, and the run goes on: the one before is still valid."""
 
-    def __init__(
-        self,
-        simulation: Simulation,
-        recorder: EventRecorder | None,
-        path: Path,
-        every: float | None,
-        note: Mapping[str, Any],
-    ) -> None:
-        self.path = path
-        self._simulation = simulation
-        self._recorder = recorder
-        self._every = EVERY if every is None else every
-        events = None if recorder is None else os.path.abspath(recorder.path)
-        self._note = {**note, "every": self._every, "events": events}
+    simulation: Simulation
+    recorder: EventRecorder | None
+    path: Path
+    every: float | None
+    note: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        self._every = EVERY if self.every is None else self.every
+        events = None if self.recorder is None else os.path.abspath(self.recorder.path)
+        self._note = {**self.note, "every": self._every, "events": events}
         self._saved = monotonic()
         self._time: float | None = None
 
@@ -217,13 +215,13 @@ class Checkpoint:
 
     def save(self) -> None:
         """Saves now, after the rows of the events file that it counts. Raises RecordError."""
-        if self._recorder is not None:
-            self._recorder.sync()
+        if self.recorder is not None:
+            self.recorder.sync()
         self._save()
 
     def _save(self) -> None:
-        self._simulation.save(self.path, self._note)
-        self._time = self._simulation.time
+        self.simulation.save(self.path, self._note)
+        self._time = self.simulation.time
         self._saved = monotonic()
 
     def save_if_due(self) -> None:

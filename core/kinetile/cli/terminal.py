@@ -193,12 +193,7 @@ class Bar(AbstractContextManager["Bar"]):
 
 def _bar() -> Any:
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TimeRemainingColumn
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[text]}"),
-        TimeRemainingColumn(),
-    )
+    columns = "{task.description}", BarColumn(), "{task.fields[text]}", TimeRemainingColumn()
     return Progress(*columns, console=Console(stderr=True), transient=True)

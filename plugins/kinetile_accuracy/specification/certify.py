@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple, cast
 
@@ -111,50 +111,47 @@ class CertifiedLog:
         return {**vars(self), "right": self.right, "wrong": wrong, "sentence": str(self)}
 
 
+@dataclass
 class LogCertifier:
     """A check under way, as ``certify_log`` does it; ``report`` says how far it is at any moment."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        contacts: NDArray[Any] | Sequence[Any],
-        until: float | None = None,
-        *,
-        max_contacts: int | None = None,
-        fingerprint: str | None = None,
-        within: float | None = None,
-    ) -> None:
-        contacts = _as_rows(contacts, _NAMES if within is None else _TIMED)
-        names = contacts.dtype.names or ()
-        if until is not None and not scene.start <= until < float("inf"):
-            raise BadOption(f"until is {until!r}; expected a time from the scene's start on, {scene.start!r}")
-        self.scene = scene
-        self._rows = contacts
+    scene: Scene
+    contacts: NDArray[Any] | Sequence[Any]
+    until: float | None = None
+    _: KW_ONLY
+    max_contacts: int | None = None
+    fingerprint: str | None = None
+    within: float | None = None
+
+    def __post_init__(self) -> None:
+        start, until, within = self.scene.start, self.until, self.within
+        self._names = _NAMES if within is None else _TIMED
+        self._rows = _as_rows(self.contacts, self._names)
+        if until is not None and not start <= until < float("inf"):
+            raise BadOption(f"until is {until!r}; expected a time from the scene's start on, {start!r}")
+        if within is not None and not (0.0 < within < math.inf and np.isfinite(self._rows["time"]).all()):
+            raise BadOption(f"within is {within!r}; expected a number above 0, and finite times")
+        names = self._rows.dtype.names or ()
         self._whole = {side + name for side in "ab" for name in _PLAN} <= set(names)
         self._timed = "time" in names and within is None
-        self._within = within
-        if within is not None and not (0.0 < within < math.inf and np.isfinite(contacts["time"]).all()):
-            raise BadOption(f"within is {within!r}; expected a number above 0, and finite times")
-        self._most = max_contacts
-        self._claimed = fingerprint
-        self.report = CertifiedLog(0, len(contacts), until, finished=False)
+        self.report = CertifiedLog(0, len(self._rows), until, finished=False)
 
     def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
         """Goes through all lines, or to the first that is wrong."""
         wrong, fingerprint = self._first_wrong(progress), None
-        if wrong is None and self._within is None:
+        if wrong is None and self.within is None:
             contacts = Fingerprint()
             contacts.update(digestible(self._rows[self._rows["b"] > TURNED]))
             fingerprint = contacts.hexdigest()
-            if self._claimed not in (None, fingerprint):
-                why = f"the fingerprint of the lines before it is {fingerprint}, and not {self._claimed}"
+            if self.fingerprint not in (None, fingerprint):
+                why = f"the fingerprint of the lines before it is {fingerprint}, and not {self.fingerprint}"
                 wrong = WrongLine(len(self._rows), None, None, why)
         self.report = replace(self.report, finished=True, wrong=wrong, fingerprint=fingerprint)
         return self.report
 
     def _first_wrong(self, progress: Callable[[LogProgress], None] | None) -> WrongLine | None:
-        scene, bits = self.scene, unit_bits(self.scene)
-        until, exact = self.report.until, scene.settings.end
+        scene, bits, until, most = self.scene, unit_bits(self.scene), self.until, self.max_contacts
+        exact = scene.settings.end
         last = exact and ((exact[0] << UNIT_BITS) + exact[1], exact[2])
         course = Course(scene, last if until == scene.settings.until else None)
         end = None if until is None else tick_of(until, scene.start, bits)
@@ -164,15 +161,15 @@ class LogCertifier:
             units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
             off = self._rows["time"] != scene.start + units * 2.0**-bits
             untimely = int(off.argmax()) if off.any() else -1
-        for index, row in enumerate(self._rows[_NAMES if self._within is None else _TIMED].tolist()):
-            found = row if self._within is None else self._snapped(course, *row)
+        for index, row in enumerate(self._rows[self._names].tolist()):
+            found = row if self.within is None else self._snapped(course, *row)
             epoch, tick, a, b = found
             line = CourseEvent((epoch << UNIT_BITS) + tick, a, b)
             if progress is not None and index % _OFTEN == 0:
                 progress(LogProgress(index, len(self._rows), scene.start + course.now * course.tick))
             contacts += b > TURNED
-            if self._most is not None and contacts > self._most:
-                return WrongLine(index, found, None, f"there are to be {self._most:,} contacts and no more")
+            if most is not None and contacts > most:
+                return WrongLine(index, found, None, f"there are to be {most:,} contacts and no more")
             is_told = bool(held)
             due = held.pop(0) if held else self._due(course, line.tick if end is None else end)
             if due != line or not 0 <= tick < UNIT_TICKS:
@@ -187,12 +184,12 @@ class LogCertifier:
             if plans is not None:
                 return WrongLine(index, found, found, plans)
             self.report = replace(self.report, lines=index + 1)
-        if contacts == self._most or (end is None and self._most is None):
+        if contacts == most or (end is None and most is None):
             return None
         due = held[0] if held else self._due(course, course.now + _IDLE if end is None else end)
         if due is None:
             return None
-        there = "is one more before the end" if end is not None else f"are to be {self._most:,} contacts"
+        there = "is one more before the end" if end is not None else f"are to be {most:,} contacts"
         why = f"there {there}: {_named(due)} at {_when(due.tick)}"
         return WrongLine(len(self._rows), None, _line_of(due), why)
 
@@ -200,7 +197,7 @@ class LogCertifier:
         """Returns the contact that comes next where it is of these bodies, and within the distance of a time;
         otherwise what is written, at the tick of the time."""
         start, unit = self.scene.start, self.scene.time_unit
-        slack = cast(float, self._within) * max(abs(time - start), unit)
+        slack = cast(float, self.within) * max(abs(time - start), unit)
         early, tick, late = (tick_of(time + by, start, unit_bits(self.scene)) for by in (-slack, 0.0, slack))
         due = self._due(course, late)
         is_right = due is not None and due[1:] == (a, b) and due.tick >= early
@@ -305,12 +302,11 @@ def explain_difference(
         Course(scene)
     except Refused:
         return ""
-    there = [contacts[index] for contacts in lists.values() if len(contacts) > index]
-    latest = max(((int(each["epoch"]), int(each["tick"])) for each in there), default=None)
-    until = None
-    if latest is not None:  # hardly after this tick, and not before it
-        ticks, tick = latest[0] * UNIT_TICKS + latest[1], Fraction(2) ** -(UNIT_BITS + unit_bits(scene))
-        until = math.nextafter(float(Fraction(scene.start) + ticks * tick), math.inf)
+    there = (contacts[index] for contacts in lists.values() if len(contacts) > index)
+    latest = max(int(each["epoch"]) * UNIT_TICKS + int(each["tick"]) for each in there)
+    tick = Fraction(2) ** -(UNIT_BITS + unit_bits(scene))
+    # Hardly after the latest, and not before it.
+    until = math.nextafter(float(Fraction(scene.start) + latest * tick), math.inf)
 
     def verdict(contacts: NDArray[Any]) -> str:
         """Returns whether contacts are right; up to ``until``, where the list has ended before."""

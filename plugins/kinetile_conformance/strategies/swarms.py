@@ -189,16 +189,14 @@ def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     its size are beside it, and small ones of four sizes begin in a strip between."""
     large = min(5, bodies - 3)
     width, height, strip = 6.0, 4.5, (4.05, 0.5)
-    radius, place = np.empty(bodies), np.empty((bodies, 2))
-    radius[0], place[0] = 1.95, (2.0, 2.25)
-    radius[1:large] = 0.55
-    place[1:large, 0], place[1:large, 1] = 5.35, 0.5625 + 1.125 * np.arange(large - 1)
+    beside = [(5.35, 0.5625 + 1.125 * at) for at in range(large - 1)]
     small = bodies - large
     columns = max(int(np.sqrt(1.3 * small * strip[1] / height)), 1)
     rows = -(-int(1.3 * small + 1) // columns)
     pitch = np.array([strip[1] / columns, height / rows])
-    place[large:] = np.array([strip[0], 0.0]) + pitch * slots(random, small, columns, rows)
-    radius[large:] = 0.45 * min(pitch.min(), 0.0625) * 2.0 ** -random.integers(0, 4, small)
+    place = np.vstack([(2.0, 2.25), *beside, [strip[0], 0.0] + pitch * slots(random, small, columns, rows)])
+    fine = 0.45 * min(pitch.min(), 0.0625) * 2.0 ** -random.integers(0, 4, small)
+    radius = np.concatenate([[1.95], [0.55] * len(beside), fine])
     velocity = anyhow(random, bodies)
     velocity[:large] *= (variation & 1, 0.25)[variation >> 1 & 1]
     return swarm_of(place, velocity, radius, (width, height), 12.0)
@@ -211,11 +209,9 @@ def crowd(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     small = bodies - 3
     side = square(small, 1.3)
     pitch = 1.5 / side
-    radius = np.full(bodies, 0.4 * pitch)
-    radius[:3] = 1.0
-    place = np.empty((bodies, 2))
-    place[:3] = np.array([[1.5, 5.5], [5.5, 1.5], [6.5, 6.5]])
-    place[3:] = 0.25 + pitch * slots(random, small, side, side)
+    radius = np.append([1.0] * 3, np.full(small, 0.4 * pitch))
+    large = [[1.5, 5.5], [5.5, 1.5], [6.5, 6.5]]
+    place = np.vstack([large, 0.25 + pitch * slots(random, small, side, side)])
     velocity = 0.1 * (1 + variation % 4) * anyhow(random, bodies)
     velocity[:3] *= 0.5 * (variation & 1)
     return swarm_of(place, velocity, radius, (8.0, 8.0), 30.0)
@@ -225,16 +221,12 @@ def giants(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Few large bodies, many that are up to a thousand times smaller between them; or bodies of all sizes."""
     if variation >= 4:
         return _octaves(random, bodies, variation)
-    large = 4
-    side = square(bodies, 1.2)
-    radius = np.full(bodies, 2.0 ** -(4 + 2 * (variation % 4)) * 4.0)
-    radius[:large] = 4.0
-    place = np.empty((bodies, 2))
-    place[:large] = np.array([[5.0, 5.0], [15.0, 5.0], [5.0, 15.0], [15.0, 15.0]])
+    small, side = bodies - 4, square(bodies, 1.2)
     pitch = 20.0 / side
-    fine = np.minimum(radius[large:], 0.24 * pitch)
-    place[large:] = np.array([0.0, 20.0]) + pitch * slots(random, bodies - large, side, side)
-    radius[large:] = fine
+    fine = min(4.0 * 2.0 ** -(4 + 2 * (variation % 4)), 0.24 * pitch)
+    radius = np.append([4.0] * 4, np.full(small, fine))
+    large = [[5.0, 5.0], [15.0, 5.0], [5.0, 15.0], [15.0, 15.0]]
+    place = np.vstack([large, [0.0, 20.0] + pitch * slots(random, small, side, side)])
     return swarm_of(place, 2.0 * anyhow(random, bodies), radius, (20.0, 40.0), 12.0)
 
 
