@@ -174,7 +174,7 @@ def test_a_narrowing_corridor_ends_with_the_typed_error(phase):
         responses={("*", "*"): rule, ("*", "wall"): rule},
     )
     sim = played(scene, phase)
-    with pytest.raises(ZenoError, match="the bodies are jammed"):
+    with pytest.raises(ZenoError, match="body 0 is squeezed"):
         sim.run(until=100.0)
     assert sim.time == pytest.approx(7.0, abs=1e-9)
 
