@@ -243,15 +243,15 @@ class Composition:
         """Returns the phase or response, as messages name it, whose hook is the nearest above the file and
         line in a message; without one those of other plugins, or the broad phase."""
         place, own = _PLACE.search(message), described("broad phase", self.broad_phase)
-        theirs = " or ".join(_authors[_place(each)] for each in self.rules.foreign) if self.rules else ""
+        theirs = [_authors[_place(each)] for each in self.rules.foreign] if self.rules else []
         narrow = [described("narrow phase", each) for each in self.narrow_phases]
         above = [
             (line, label)
             for (file, line), label in _authors.items()
             if place and Path(file).name == Path(place[1]).name and line <= int(place[2])
-            if label in (own, *narrow) or label in theirs
+            if label in (own, *narrow, *theirs)
         ]
-        return max(above)[1] if above else theirs or own
+        return max(above)[1] if above else " or ".join(theirs) or own
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
