@@ -373,7 +373,7 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
 
 
 def check_name(name: str, known: Mapping[str, int]) -> None:
-    """Raises ValueError for a name that is none, or that of another body."""
+    """Raises ValueError for an invalid name, or that of another body."""
     if wrong := VALUES["name"].expected(name):
         raise _cannot_come(f"its name is {shown(name)}, expected {wrong}")
     if name in known:

@@ -420,10 +420,15 @@ class Simulation(Moment):
     @answering
     def number(self, name: str) -> int:
         """Returns the number of a body named by the scene or by ``insert``; ValueError for another name."""
-        numbers = {**self.scene.numbers, **self._engine.history.names}
-        if name not in numbers:
-            raise ValueError(f"no body of this scene is called {name!r}: expected {name_like(name, numbers)}")
-        return numbers[name]
+        if name not in self._names:
+            meant = name_like(name, self._names)
+            raise ValueError(f"no body of this scene is called {name!r}: expected {meant}")
+        return self._names[name]
+
+    @property
+    def _names(self) -> dict[str, int]:
+        """The numbers of bodies by their names."""
+        return {**self.scene.numbers, **self._engine.history.names}
 
     # Commands: run at once, between two runs, between two steps, or from the ``progress`` of a run
 
@@ -533,7 +538,7 @@ class Simulation(Moment):
             insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
             rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
             if name is not None:
-                arguments.check_name(name, {**self.scene.numbers, **engine.history.names})
+                arguments.check_name(name, self._names)
             engine.carry_out(INSERTED, rows, scene)
             if name is not None:  # the history is new, and no snapshot has it yet
                 engine.history.names = {**engine.history.names, name: int(rows["body"][0])}
