@@ -92,12 +92,13 @@ def stop_at(game: Game, folder: Path) -> None:
     function with every contact."""
     for before in (False, True):
         sim = game.simulation("cells")
-        while not game.by_hand and sim.run(until=LASTS, stop_at=kt.StopAt(bodies=[0, 1], before=before)):
+        stop = kt.StopAt(bodies=[0, 1], before=before, parts=True)
+        while not game.by_hand and not sim.run(until=LASTS, stop_at=stop):
             if before:
                 sim.run(until=LASTS, max_contacts=1)
         same(game, game.play(sim))
     sim, told = game.simulation("cells"), list[kt.Event]()
-    same(game, game.play(sim, on_contact=told.append))
+    same(game, game.play(sim, on_contact=told.append, on_part=told.append))
     assert moments_of(told) == moments_of(sim)
 
 

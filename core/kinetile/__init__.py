@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from kinetile.records.frames import frames as frames
     from kinetile.records.reading import read_events as read_events
     from kinetile.records.trajectory import Trajectory as Trajectory
+    from kinetile.run.advance import Ended as Ended
     from kinetile.run.advance import Event as Event
     from kinetile.run.arguments import StopAt as StopAt
     from kinetile.run.questions.meetings import CastHit as CastHit

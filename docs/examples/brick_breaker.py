@@ -41,7 +41,7 @@ def coming_down(x: float, level: float, vx: float, vy: float, y: float) -> tuple
 def play(phase: str = "cells") -> kt.Simulation:
     """Returns the simulation of a game, after its end."""
     sim = kt.Simulation(ROOM, phase, live=True)
-    while met := sim.run(until=120.0, stop_at=kt.StopAt(bodies=[BALL])):
+    while met := sim.run(until=120.0, stop_at=kt.StopAt(bodies=[BALL])).event:
         other = max(met.bodies)
         (x, y), (at, level) = sim.positions()[:2].tolist()
         vx, vy = sim.velocities()[BALL].tolist()

@@ -81,7 +81,7 @@ class Game:
             sim.insert(hero + 0.4375 * way, 15.0 * way, shape=BULLET, mass=0.125, kind="bullet")
             counts["bullets"] += 1
         counts["frames"] += 1
-        while hit := sim.run(until=counts["frames"] * FRAME, stop_at=kt.StopAt(kinds=["bullet"])):
+        while hit := sim.run(until=counts["frames"] * FRAME, stop_at=kt.StopAt(kinds=["bullet"])).event:
             of = dict(zip(hit.kinds, hit.bodies, strict=True))
             if {*of} & {"rock", "wall", "crate"}:  # at this very tick, and not at the end of the frame
                 sim.remove(of["bullet"])

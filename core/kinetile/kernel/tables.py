@@ -286,6 +286,7 @@ JAM = record(
     ("window_tick", "i8", PAST, CARRIED),
 )
 STOPS = record(
+    ("watching", "i8", VALUE, KEPT),  # whether contacts are watched
     ("before", "i8", VALUE, KEPT),  # whether to stop before what is watched, and not after it
     ("due", "i8", VALUE, KEPT),  # whether to stop now, because of
     ("row", "i8", VALUE, KEPT),  # a contact in this row of ``met``, where it has happened,
@@ -404,9 +405,9 @@ class Kernel(NamedTuple):
     passings: Records  # the pairs that are passing through each other, a the elder of the two
     passers: Records  # (n,) the head of each body's list of them
     commands: Records  # those of the present span of the clock, in their order
-    watch: Records  # for each number of a body whether to stop at its contacts; this and the next two are
-    watched: Records  # empty unless a run stops at contacts: the pairs, by numbers, to stop at, and
-    watched_kinds: Records  # whether to stop where such kinds meet, as in ``rules``
+    watch: Records  # for each number of a body how to stop at its contacts; this and the next two are
+    watched: Records  # empty before the first run that stops at contacts: the pairs, by numbers,
+    watched_kinds: Records  # and how to stop where such kinds meet, as in ``rules``
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     shadows: Records  # (n,) the straight plans that a broad phase sees, where some are accelerated, and
     shades: Records  # (n,) their places at the common clock (``kernel.chords``), and

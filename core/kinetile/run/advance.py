@@ -15,13 +15,14 @@ import numpy as np
 
 from kinetile.errors import Refused
 from kinetile.kernel.clock import LONGEST_UNIT, SPAN, TICKS, time_unit
+from kinetile.kernel.compiled import python_of
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
-from kinetile.kernel.loop.bookkeeping import ANY, SOME
+from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME, flag_of
 from kinetile.kernel.loop.loop import PASSES
-from kinetile.kernel.passings import PASS, row_of
-from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL, Kernel
+from kinetile.kernel.passings import passes, row_of
+from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL
 from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.spans import FEWEST_SPANS
@@ -114,11 +115,26 @@ class Event(NamedTuple):
     kinds: tuple[Kind, ...] = ()
 
 
-def advance(
-    engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None] | None
-) -> Event | None:
+class Ended(NamedTuple):
+    """Why a run has ended; it is true where the run has reached its end in time, and false before that.
+
+    Attributes:
+        reason: "until"; or the argument because of which it ended before, "stop_at", "on_contact" (a function
+            has returned True), "max_contacts" or "max_events"; or "idle", where a run without an end in time
+            had nothing to do for two million time units.
+        event: the contact at which it stopped by ``stop_at`` or ``on_contact``, else None.
+    """
+
+    reason: Literal["until", "stop_at", "on_contact", "max_contacts", "max_events", "idle"]
+    event: Event | None = None
+
+    def __bool__(self) -> bool:
+        return self.reason == "until"
+
+
+def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None] | None) -> Ended:
     """Runs to an end, with an audit at intervals of contacts and at the end, unless that is None; returns
-    the watched contact at which the run stopped before, if any.
+    why it has ended, by "stop_at" at any watched contact.
 
     ``after_chunk``, if given, is called after each chunk; an exception from it ends the run there.
     """
@@ -126,12 +142,12 @@ def advance(
     left: list[ContactRow] = []
     if end.ticks is not None and (ledger.records or end.ticks > MOST_UNITS * TICKS):
         _demand_feasible(engine, end, end.ticks)
-    if watching := len(engine.k.watched_kinds) and not engine.k.clock[0].stops.before:
+    if watching := engine.fields.stops.watching[0] and not engine.fields.stops.before[0]:
         engine.build()  # passings of the start begin
         stop, left = _first_watched(engine, ledger.pending_events or [])
         if stop is not None:
             ledger.pending_events = left
-            return stop
+            return Ended("stop_at", stop)
     audited = 0 if audit is None else engine.contacts
     still: _Stillness | None = None
     ledger.pending_events = None
@@ -143,9 +159,9 @@ def advance(
             reason = engine.chunk(until, most, events, quota)
             if reason == WATCHED:
                 stop, left = _watched(engine)
-            finished = reason == WATCHED
+            ended = None
             if reason == TIME_REACHED and last:
-                finished = True
+                ended = Ended("until")
                 engine.arrive(end.until)
             let_signals_through()
             if after_chunk is not None:
@@ -155,18 +171,20 @@ def advance(
                 ledger.pending_events = None
                 if stop is None:
                     stop, left = _first_watched(engine, left) if watching else (None, [])
-            finished = finished or stop is not None
-            finished = finished or engine.contacts >= end.contacts or engine.events >= end.events
-            if audit is not None and (finished or reason == CONTACTS_REACHED):
+            if stop is not None:
+                ended = Ended("stop_at", stop)
+            elif ended is None and (engine.contacts >= end.contacts or engine.events >= end.events):
+                ended = Ended("max_contacts" if engine.contacts >= end.contacts else "max_events")
+            if audit is not None and (ended is not None or reason == CONTACTS_REACHED):
                 engine.audit()
                 audited = engine.contacts
-            if finished:
-                return stop
+            if ended is not None:
+                return ended
             if reason == TIME_REACHED:
                 still = still or _Stillness()
                 still.note_span(engine)
                 if end.ticks is None and still.idle > IDLE_SPANS:
-                    return None
+                    return Ended("idle")
                 still.move_on(engine, end)
     finally:
         ledger.pending_events = left
@@ -356,12 +374,12 @@ def _event_of(engine: Engine, head: _Next) -> Event | None:
 
 def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
     """Returns the contact at which the loop stopped, and those that happened with it, after it in the log."""
-    stops = engine.k.clock[0].stops
-    if not stops.before:
-        first, *left = np.asarray(engine.k.met)[int(stops.row) : engine.ledger.latest].tolist()
+    stops = engine.fields.stops
+    if not stops.before[0]:
+        first, *left = np.asarray(engine.k.met)[stops.row[0] : engine.ledger.latest].tolist()
         return _event_of_row(engine, first), left
-    epoch, tick = divmod(engine.clock.total(int(stops.tick)), TICKS)
-    return _event_of_row(engine, (epoch, tick, int(stops.a), int(stops.b))), []
+    epoch, tick = divmod(engine.clock.total(stops.tick[0]), TICKS)
+    return _event_of_row(engine, (epoch, tick, stops.a[0], stops.b[0])), []
 
 
 def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None, list[ContactRow]]:
@@ -378,10 +396,13 @@ def _is_watched(engine: Engine, a: int, b: int) -> bool:
         return False
     k, kinds = engine.k, engine.scene.kinds
     one, two = map((*kinds, WALL_KIND).index, Moment(engine.scene, engine).kinds_of([a, b]))
-    if k.watched_kinds[row_of(len(kinds), one, two)]:
+    flag = python_of(flag_of)(a, b)
+    if k.watched_kinds[row_of(len(kinds), one, two)] & flag:
         return True
     flags = [int(k.watch[each]) for each in (a, b) if each >= 0]
     pair = {a, b if b >= 0 else NOBODY}
+    if 0 <= b < a and not any(each & ENDS for each in flags):
+        return False
     return any(each & ANY for each in flags) or (
         all(each & SOME for each in flags) and any({int(row.a), int(row.b)} == pair for row in k.watched)
     )
@@ -397,12 +418,7 @@ def _event_of_row(engine: Engine, row: ContactRow) -> Event:
     if b < a:
         return Event(*when, "part", (b, a))
     one, other = int(k.slots[a]), int(k.slots[b])
-    meets = one >= 0 and other >= 0 and not _passes(k, one, other)  # only passings wait until a body has gone
+    meets = not engine.composition.passing or (
+        one >= 0 and other >= 0 and not python_of(passes)(k, one, other)
+    )  # only passings wait until a body has gone
     return Event(*when, "disc" if meets else "pass", (a, b))
-
-
-def _passes(k: Kernel, a: int, b: int) -> bool:
-    if not len(k.rules):
-        return False
-    kinds = int(k.clock[0].kinds)
-    return int(k.rules[int(k.traits[a].kind) * (kinds + 1) + int(k.traits[b].kind)].response) == PASS

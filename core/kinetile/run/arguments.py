@@ -7,15 +7,16 @@ import math
 import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED, WALLS
-from kinetile.kernel.loop.bookkeeping import ANY, SOME
-from kinetile.kernel.tables import NOBODY, OFFER, record_table
+from kinetile.kernel.log import ACCELERATED, INSERTED, LEFT, MOVED, OF_KIND, TURNED, WALLS
+from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME
+from kinetile.kernel.tables import NOBODY
 from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
 from kinetile.run.engine.commands import ROWS, Rows, row_of
@@ -23,6 +24,7 @@ from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.prepared import widened
 from kinetile.run.questions.places import MOST_PERIODS, Box, Point
 from kinetile.scene import Insert, Scene
+from kinetile.scene.checks import ANY as EVERY
 from kinetile.scene.checks import (
     FARTHEST,
     LARGEST,
@@ -515,28 +517,65 @@ def _last(so_far: int, more: Any, name: str) -> int:
 @constructed
 @dataclass(frozen=True)
 class StopAt:
-    """Contacts at which a run stops, at their exact time. With nothing chosen: at every contact.
+    """Contacts at which a run stops, at their exact time. With nothing chosen: at every contact. Two bodies
+    that pass through each other have one, where they begin to.
 
     Attributes:
         bodies: numbers of bodies, at every contact of theirs, with others or walls.
-        pairs: two numbers each, or a number and "wall".
+        pairs: two numbers each, or a number and "wall"; or two kinds as for ``on_contact``, of which one is a
+            name.
         kinds: one kind of bodies or several, by the kinds that bodies have at the contact.
+        parts: stop where bodies end to pass through each other, too.
         before: stop before the contact, which is still to come unless a command changes that. No run stops
             before a passing that begins at the start, or begins or ends together with a command.
     """
 
     bodies: Iterable[int] = ()
-    pairs: Iterable[tuple[int, int | str]] = ()
+    pairs: Iterable[tuple[Kind, Kind]] = ()
     kinds: Kind | Iterable[Kind] = ()
+    parts: bool = False
     before: bool = False
 
 
-def meetings(kinds: int, one: int, other: int | None = None) -> npt.NDArray[np.bool_]:
-    """Returns (kinds, kinds + 1), which contacts are of the kind in this place, or of these two; the last
-    column, and place ``kinds``, are the walls."""
-    found = np.zeros((kinds + 1, kinds + 1), dtype=np.bool_)
-    found[one, slice(None) if other is None else other] = True
-    return (found | found.T)[:kinds]
+SIDES = {side: 1 << (LEFT - wall) for wall, side in WALLS.items()}
+EVERY_SIDE = sum(SIDES.values())
+
+
+def kinds_between(key: Any, known: tuple[Kind, ...], where: str) -> tuple[Kind, ...]:
+    """Returns the kinds of a key for contacts: one of a scene's, or two, of which one may be "wall" or a
+    side of the arena; "*" is every kind. ValueError for another key, or an unknown kind."""
+    two = key if isinstance(key, tuple) else (key,)
+    named = tuple([find_kind(each, _names(known), where, known) for each in two])
+    if not 0 < len(named) <= 2 or all([is_wall(each, known) for each in named]):
+        expected = f"a kind, two, or a kind and {WALL!r} or a side of the arena"
+        raise ValueError(f"{where}: expected {expected}; found {shown(key)}")
+    return named
+
+
+@lru_cache(256)
+def _names(known: tuple[Kind, ...]) -> tuple[Kind, ...]:
+    return *known, *(each for each in (EVERY, WALL, *SIDES) if each not in known)
+
+
+def is_wall(kind: Kind, known: tuple[Kind, ...]) -> bool:
+    """Whether a kind of a key is "wall" or a side of the arena."""
+    return kind not in known and kind != EVERY
+
+
+@lru_cache(256)
+def flags_between(named: tuple[Kind, ...], known: tuple[Kind, ...]) -> npt.NDArray[np.uint8]:
+    """Returns the flags (kinds, kinds + 1) of the contacts of ``kinds_between`` that begin, read-only."""
+    flags, many = np.zeros((len(known), len(known) + 1), np.uint8), len(known)
+    walls = [each for each in named if is_wall(each, known)]
+    bodies = [slice(many) if each == EVERY else known.index(each) for each in named if each not in walls]
+    if walls or len(named) == 1:
+        flags[bodies[0], many] = SIDES.get(str(walls[0]), EVERY_SIDE) if walls else EVERY_SIDE
+    if not walls:
+        one, other = bodies[0], bodies[1] if len(bodies) == 2 else slice(many)
+        flags[one, other] = ANY
+        flags[other, one] = ANY
+    flags.flags.writeable = False
+    return flags
 
 
 def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedContacts | None:
@@ -544,23 +583,29 @@ def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedConta
     for bodies neither present nor to be inserted, ValueError for unknown kinds."""
     if stop is None:
         return None
-    if not isinstance(stop.before, bool | np.bool_):
-        raise TypeError(f"stop_at: before is True or False; found {shown(stop.before)}")
-    flags = np.zeros(len(engine.k.slots), dtype=np.uint8)
-    kinds = read_kinds(stop.kinds, scene.kinds, "stop_at")
-    bodies = _several(stop.bodies, "stop_at", "bodies", "their numbers")
-    pairs = [_pair(engine, pair) for pair in _several(stop.pairs, "stop_at", "pairs", "two numbers each")]
-    for body in bodies:
-        flags[read_body(engine, body, or_coming=True)] = ANY
-    many = len(scene.kinds)
-    by_kinds = np.full((many, many + 1), not (bodies or kinds or pairs))
-    for kind in kinds:
-        by_kinds |= meetings(many, scene.kinds.index(kind))
-    table = record_table(OFFER, len(pairs))
-    for row, (a, b) in zip(table, pairs, strict=True):
-        row.a, row.b = a, b
-        flags[[each for each in (a, b) if each != NOBODY]] |= SOME
-    return WatchedContacts(flags, table, stop.before, by_kinds)
+    for name in ("parts", "before"):
+        if not isinstance(given := getattr(stop, name), bool | np.bool_):
+            raise TypeError(f"stop_at: {name} is True or False; found {shown(given)}")
+    known, where, ends = scene.kinds, "stop_at", ENDS if stop.parts else 0
+    between: list[tuple[Kind, ...]] = [(kind,) for kind in read_kinds(stop.kinds, known, where)]
+    bodies = _several(stop.bodies, where, "bodies", "their numbers")
+    flags, pairs = {read_body(engine, body, or_coming=True): ANY | ends for body in bodies}, []
+    for pair in _several(stop.pairs, where, "pairs", "two numbers each, or two kinds"):
+        if any(isinstance(each, str) and each != WALL for each in pair if np.iterable(pair)):
+            between.append(kinds_between(pair, known, where))
+        else:
+            a, b = _pair(engine, pair)
+            pairs.append((a, b))
+            for each in {a, b} - {NOBODY}:
+                flags[each] = flags.get(each, 0) | SOME | ends
+    if not (between or flags):
+        between = [(EVERY,)]
+    kinds = np.zeros((len(known), len(known) + 1), np.uint8)
+    for named in between:
+        kinds |= flags_between(named, known)
+    if ends:
+        kinds[:, :-1] *= ANY | ENDS
+    return WatchedContacts(kinds, flags, pairs, bool(stop.before))
 
 
 def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
@@ -575,7 +620,7 @@ def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
     two = two[::-1] if two[:1] == (WALL,) else two
     if len(two) != 2:
         raise ValueError(
-            f"stop_at: a pair is two numbers of bodies, or one and {WALL!r}; found {shown(pair)}"
+            f"stop_at: a pair is two numbers of bodies, one and {WALL!r}, or two kinds; found {shown(pair)}"
         )
     one = read_body(engine, two[0], or_coming=True)
     return one, NOBODY if two[1] == WALL else read_body(engine, two[1], or_coming=True)

@@ -1,63 +1,90 @@
 """Functions that a run calls at contacts, in their order, each at its exact time.
 
-The loop stops after such a contact (``StopAt``), the function is called, and the run goes on. What it orders
-is an order of that very moment, as between two runs, so a recorded run is replayed without it.
+The loop stops after such a contact, the function is called, and the run goes on. What it orders is an order
+of that very moment, as between two runs, so a recorded run is replayed without it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.tables import OFFER, record_table
+from kinetile.kernel.loop.bookkeeping import ANY, ENDS
 from kinetile.run.advance import Event
-from kinetile.run.arguments import meetings
+from kinetile.run.arguments import SIDES, flags_between, is_wall, kinds_between
 from kinetile.run.engine.engine import WatchedContacts
-from kinetile.scene.checks import WALL, shown
-from kinetile.scene.responses import Kind, find_kind
+from kinetile.scene.checks import ANY as EVERY
+from kinetile.scene.checks import shown
+from kinetile.scene.responses import Kind
 
 AtContact: TypeAlias = Callable[[Event], object]
 OnContact: TypeAlias = AtContact | Mapping[Any, AtContact]
-"""A function of every contact; or functions by kinds: of one kind, or two, or a kind and ``"wall"``."""
+"""A function of every contact; or functions by kinds: of one kind, or two, or a kind and ``"wall"`` or a side
+of the arena; ``"*"`` is every kind. Of two kinds the body of the first comes first."""
+
+
+class _Call(NamedTuple):
+    """A function, the contacts for which it is called (``WatchedContacts.kinds``), and its key."""
+
+    function: AtContact
+    those: npt.NDArray[np.uint8]
+    named: tuple[Kind, ...]
+
+    def ordered(self, event: Event) -> Event:
+        """Returns an event with its bodies in the order of the key."""
+        if all(name in (EVERY, kind) for name, kind in zip(self.named, event.kinds, strict=False)):
+            return event
+        return event._replace(bodies=event.bodies[::-1], kinds=event.kinds[::-1])
 
 
 @dataclass(frozen=True)
 class Calls:
-    """The functions, each with the contacts for which it is called (``WatchedContacts.kinds``)."""
+    """The functions of a run, with all their contacts."""
 
-    functions: tuple[tuple[npt.NDArray[np.bool_], AtContact], ...]
-    kinds: Sequence[Kind]
-
-    def watched(self, numbers: int) -> WatchedContacts:
-        """Returns the contacts of all functions; ``numbers`` of bodies have been given."""
-        many = len(self.kinds)
-        of_any = np.any([np.zeros((many, many + 1)), *(those for those, _ in self.functions)], axis=0)
-        return WatchedContacts(np.zeros(numbers, dtype=np.uint8), record_table(OFFER, 0), False, of_any)
+    each: tuple[_Call, ...]
+    kinds: tuple[Kind, ...]
+    watched: WatchedContacts
 
     def __call__(self, event: Event) -> bool:
         """Calls what there is for a contact; returns whether one of them says that the run is to stop."""
         there = [*map(self.kinds.index, event.kinds or (0,) * len(event.bodies)), len(self.kinds)]
-        said = [function(event) for those, function in self.functions if those[there[0], there[1]]]
+        flag = SIDES[event.wall] if event.wall else ENDS if event.kind == "part" else ANY
+        called = [call for call in self.each if call.those[there[0], there[1]] & flag]
+        said = [call.function(call.ordered(event)) for call in called]
         return any(isinstance(each, bool | np.bool_) and bool(each) for each in said)
 
 
-def read_calls(given: OnContact | None, known: Sequence[Kind]) -> Calls | None:
-    """Returns the functions of ``on_contact``. TypeError for what is none, ValueError for unknown kinds."""
-    if given is None:
+def read_calls(
+    on_contact: OnContact | None, on_part: OnContact | None, known: tuple[Kind, ...]
+) -> Calls | None:
+    """Returns the functions of a run. TypeError for what is none, ValueError for unknown kinds."""
+    calls = [*_read("on_contact", on_contact, known), *_read("on_part", on_part, known)]
+    if not calls:
         return None
-    if not isinstance(given, Mapping):
-        return Calls(((np.ones((len(known), len(known) + 1), dtype=np.bool_), given),), known)
-    functions, all_kinds = list[tuple[npt.NDArray[np.bool_], AtContact]](), (*known, WALL)
-    for key, function in given.items():
-        two = key if isinstance(key, tuple) else (key,)
-        places = [all_kinds.index(find_kind(kind, all_kinds, "on_contact")) for kind in two]
-        if not 0 < len(places) <= 2 or min(places) == len(known):
-            raise ValueError(f"on_contact: expected a kind, two, or a kind and {WALL!r}; found {shown(key)}")
+    of_all = np.zeros((len(known), len(known) + 1), np.uint8)
+    for call in calls:
+        of_all |= call.those
+    return Calls(tuple(calls), known, WatchedContacts(of_all))
+
+
+def _read(where: str, given: OnContact | None, known: tuple[Kind, ...]) -> list[_Call]:
+    if given is None:
+        return []
+    calls = []
+    for key, function in given.items() if isinstance(given, Mapping) else [(EVERY, given)]:
+        named = kinds_between(key, known, where)
         if not callable(function) or isinstance(function, type):
-            raise TypeError(f"on_contact: for {shown(key)} it has {shown(function)}, which is no function")
-        functions.append((meetings(len(known), *places), function))
-    return Calls(tuple(functions), known)
+            raise TypeError(f"{where}: for {shown(key)} it has {shown(function)}, which is no function")
+        those = flags_between(named, known)
+        at_wall = any(is_wall(each, known) for each in named)
+        if where == "on_part":
+            if at_wall:
+                raise ValueError(f"on_part: walls cannot be passed; found {shown(key)}")
+            those = ENDS * those
+            those[:, -1] = 0
+        calls.append(_Call(function, those, () if at_wall else named))
+    return calls

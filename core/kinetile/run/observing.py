@@ -24,7 +24,7 @@ from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.choices import read_phase
 from kinetile.plugin.registry import registry
-from kinetile.run.advance import End, Event
+from kinetile.run.advance import End, Ended
 from kinetile.run.compose import check_options
 from kinetile.run.engine.contacts import RowFunction
 from kinetile.run.engine.engine import UNLIMITED, Engine
@@ -350,17 +350,20 @@ class Observers:
 
         return collect
 
-    def advance(self, end: End, run_to: Callable[[End], Event | None]) -> Event | None:
+    def advance(self, end: End, run_to: Callable[[End], Ended]) -> Ended:
         """Runs to an end by ``run_to``, with a stop at each sample; returns what the last call returns."""
         moment, engine, observed = self._moment, self._engine, self._observations
-        event = None
+        ended = None
         if self._first is not None:
             begin, contacts = self._first
             if engine.contacts < contacts:
-                event = run_to(end._replace(contacts=min(contacts, end.contacts)))
+                ended = run_to(end._replace(contacts=min(contacts, end.contacts)))
             interval = moment.time - begin
-            if event is not None or engine.contacts < contacts or engine.events >= end.events or not interval:
-                return event
+            spent = engine.contacts < contacts or engine.events >= end.events
+            if ended is not None and (spent or ended.event):
+                return ended
+            if not interval:
+                return run_to(end)
             self._first, self._fresh = None, True
             for each in observed:
                 each.plan(moment.time, None, interval)
@@ -368,17 +371,16 @@ class Observers:
             # A run that goes on may have been stopped among the contacts of this time, before a sample.
             if time > moment.time or not self._fresh:
                 stop = End(time, engine.clock.ticks(time), contacts=end.contacts, events=end.events)
-                event = run_to(end if time == end.until else stop)
-                spent = engine.contacts >= end.contacts or engine.events >= end.events
-                if event is not None or moment.time < time or spent:
-                    return event
+                ended = run_to(end if time == end.until else stop)
+                if not ended or engine.contacts >= end.contacts or engine.events >= end.events:
+                    return ended if not ended or time == end.until else run_to(end)
             self._fresh = False
             engine.ledger.complete = False  # until all have taken their samples
             for each in observed:
                 if each.next_time == time:
                     each.sample(moment)
             engine.ledger.complete = True
-        return event if observed and moment.time == end.until else run_to(end)
+        return ended if ended is not None and moment.time == end.until else run_to(end)
 
     def results(self) -> Observed:
         """Returns the estimates so far."""

@@ -33,7 +33,7 @@ from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, 
 from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
-from kinetile.run.advance import End, Event, advance, advance_one, next_event
+from kinetile.run.advance import End, Ended, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
 from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
@@ -251,12 +251,13 @@ class Simulation(Moment):
         recorder: Recorder | RowFunction | None = None,
         stop_at: StopAt | None = None,
         on_contact: OnContact | None = None,
+        on_part: OnContact | None = None,
         on_jam: Callable[[ZenoError], object] | None = None,
         observe: Sequence[str] | Observed = (),
         duration: float | None = None,
-    ) -> Event | None:
+    ) -> Ended:
         """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
-        the contact of ``stop_at`` at which the run stopped before that, if it did.
+        why it has ended, which is true where the time was reached.
 
         Args:
             until: the time to run to, in the scene's time; all events up to and at it have then happened.
@@ -268,10 +269,12 @@ class Simulation(Moment):
             progress: called after each chunk (a fraction of a second); it may turn bodies.
             recorder: called with the log rows of each chunk, before a fault is raised; or a ``Recorder``.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
-            on_contact: a function that is called with each contact (``Event``) right after it, in order; or
-                functions by kinds: ``{"ball": f, ("bullet", "wall"): g}``. It may give commands, which happen
-                at that very time (a removal ends passings: it is called with a "part" of the body that has
-                gone); if it returns True the run stops there. An error ends the run at that contact.
+            on_contact: a function that is called with each contact (``Event``) right after it, in order, and
+                where two begin to pass through each other; or functions by kinds: ``{"ball": f, ("bullet",
+                "bottom"): g, ("coin", "*"): h}``, of two kinds, or one and "wall" or a side; bodies are then
+                in the order of the key. It may give commands, which happen at that very time; if it returns
+                True the run stops there. An error ends the run at that contact.
+            on_part: the same where two end to pass through each other, or one of them is removed.
             on_jam: a function that is called with the error where bodies are jammed or squeezed. The run goes
                 on if it gives a command, such as one that moves, turns or removes a body.
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
@@ -287,7 +290,7 @@ class Simulation(Moment):
             ValueError: ``until`` or ``duration`` is not finite, or in the past; an unknown kind is named.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
             TypeError: ``stop_at`` is no ``StopAt``, ``recorder`` or ``on_contact`` no function; or both
-                ``stop_at`` and ``on_contact`` are given.
+                ``stop_at`` and ``on_contact`` or ``on_part`` are given.
             UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
                 scene.
         """
@@ -298,12 +301,10 @@ class Simulation(Moment):
             end = arguments.read_end(engine, until, max_contacts, max_events)
             idle = alone and self.scene.start < engine.time == end.until and not self._told
             here = engine.events if idle else None
-            calls = read_calls(on_contact, self.scene.kinds)
+            calls = read_calls(on_contact, on_part, self.scene.kinds)
             if calls is not None and stop_at is not None:
                 raise TypeError("a run has stop_at or on_contact: a function of on_contact stops it by True")
-            stop = arguments.read_stop(engine, self.scene, stop_at)
-            if calls is not None:
-                stop = calls.watched(len(engine.k.slots))
+            stop = arguments.read_stop(engine, self.scene, stop_at) if calls is None else calls.watched
             moment = Moment(self.scene, engine)
             observers = self._observers_for(observe)
             if observers:
@@ -316,11 +317,11 @@ class Simulation(Moment):
                 cpu = engine.cpu_seconds - began
                 progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
 
-            def run_to(to: End) -> Event | None:
+            def run_to(to: End) -> Ended:
                 last: object = None
                 while True:
                     try:
-                        event = advance(engine, to, self._audit, None if progress is None else report)
+                        ended = advance(engine, to, self._audit, None if progress is None else report)
                     except ZenoError as jam:
                         if on_jam is None or (jam.time, jam.bodies) == last:
                             raise
@@ -330,12 +331,12 @@ class Simulation(Moment):
                         if engine.fields.fault.code[0] == JAMMED:  # no command was given
                             raise
                         continue
-                    event = self._with_kinds(event)
+                    event = self._with_kinds(ended.event)
                     if event is None or calls is None:
-                        return event
+                        return Ended(ended.reason, event)
                     with Interruptible():
                         if calls(event):
-                            return event
+                            return Ended("on_contact", event)
 
             self._running = end
             if observers:
@@ -345,7 +346,7 @@ class Simulation(Moment):
             try:
                 read_by = observers.readers if observers else (None, None)
                 with engine.ledger.recording(recorder, moment, *read_by):
-                    event = observers.advance(end, run_to) if observers else run_to(end)
+                    ended = observers.advance(end, run_to) if observers else run_to(end)
             except BaseException:
                 with suppress(PhaseError):  # the error that ended the run is raised, not this one
                     self._observe(observers)
@@ -361,7 +362,7 @@ class Simulation(Moment):
                 self._told = True
                 what = "kinetile: until=%r is the present time: nothing is left to run. Expected a later one"
                 logging.getLogger("kinetile").warning(what + ", or duration=", end.until)
-            return event
+            return ended
 
     @answering
     def step(self) -> Event | None:
@@ -910,7 +911,12 @@ class Simulation(Moment):
     def _with_kinds(self, event: Event | None) -> Event | None:
         if event is None or self.scene.kinds == (0,):
             return event
-        return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
+        k = self._engine.k
+        slots = [int(k.slots[body]) for body in event.bodies]
+        if min(slots, default=0) < 0:  # gone, or still to come
+            return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
+        of = np.asarray(k.traits)["kind"] if len(k.rules) else np.zeros(max(slots, default=0) + 1, np.int64)
+        return event._replace(kinds=tuple([self.scene.kinds[of[slot]] for slot in slots]))
 
     def _query(self) -> Query:
         engine = self._engine

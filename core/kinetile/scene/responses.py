@@ -149,16 +149,16 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     return f"{shown(name)} is no kind of this scene{there}{hint}"
 
 
-def find_kind(value: Any, kinds: Sequence[Kind], where: str) -> Kind:
+def find_kind(value: Any, kinds: Sequence[Kind], where: str, told: Sequence[Kind] | None = None) -> Kind:
     """Returns the kind that a value equals, of whatever class it is; True and False are none. ValueError for
-    a value that equals none of them, with its place."""
+    a value that equals none of them, with its place, and with the kinds that are to be ``told``."""
     plain = value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
     try:
         found = None if isinstance(plain, bool) else dict(zip(kinds, kinds, strict=True)).get(plain)
     except TypeError:  # it has no hash
         found = None
     if found is None:
-        raise ValueError(f"{where}: {no_kind(value, kinds)}")
+        raise ValueError(f"{where}: {no_kind(value, told or kinds)}")
     return found
 
 

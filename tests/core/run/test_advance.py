@@ -129,7 +129,7 @@ def test_a_run_stops_at_each_passing_that_begins_at_the_start_or_by_a_command():
         sim = kt.Simulation(on_top(commands=COMES_AND_GOES), "cells")
         if built:
             sim.build()
-        found = stops(sim, kt.StopAt(kinds=["sensor"]), 2.0)
+        found = stops(sim, kt.StopAt(kinds=["sensor"], parts=True), 2.0)
         assert [(event.time, event.kind, event.bodies) for event in found] == [
             (0.0, "pass", (0, 1)),
             (0.5, "pass", (1, 3)),
@@ -204,7 +204,7 @@ def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_c
 
 def stops(sim: kt.Simulation, stop: kt.StopAt, until: float) -> list[kt.Event]:
     found = []
-    while (event := sim.run(until=until, stop_at=stop)) is not None:
+    while event := sim.run(until=until, stop_at=stop).event:
         found.append(event)
         assert sim.exact_time == (event.epoch, event.tick)
         assert len(found) < 500
@@ -214,7 +214,7 @@ def stops(sim: kt.Simulation, stop: kt.StopAt, until: float) -> list[kt.Event]:
 @pytest.mark.parametrize("before", [False, True])
 def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
     sim = kt.Simulation(world(), "cells")
-    found = stops(sim, kt.StopAt(kinds=["sensor"], before=before), 6.0)
+    found = stops(sim, kt.StopAt(kinds=["sensor"], before=before, parts=True), 6.0)
     assert [(event.time, event.kind, event.bodies) for event in found] == [
         (1.7, "pass", (0, 1)),
         (2.25, "pass", (1, 2)),
@@ -234,7 +234,7 @@ def test_a_run_stops_at_a_contact_after_which_a_body_is_faster_than_any_before(p
     straight, sim = kt.Simulation(scene, phase), kt.Simulation(scene, phase)
     straight.run(until=2.125)
     met = []
-    while (event := sim.run(until=2.125, stop_at=kt.StopAt())) is not None:
+    while event := sim.run(until=2.125, stop_at=kt.StopAt()).event:
         met.append((event.time, event.bodies))
         assert len(sim.contacts) == len(met)
     assert [bodies for _, bodies in met[:3]] == [(0, 1), (0,), (0, 1)]
@@ -253,7 +253,7 @@ def test_a_run_stops_at_a_passing_that_a_command_begins_or_ends(phase):
         sim.run(max_contacts=most)
         assert sim.contacts[["time", "a", "b"]].tolist() == [(1.0, 0, 2), (2.0, 2, 0)][:most]
     sim = kt.Simulation(scene, phase)
-    found = [sim.run(until=9.0, stop_at=kt.StopAt(bodies=[2])) for _ in range(2)]
+    found = [sim.run(until=9.0, stop_at=kt.StopAt(bodies=[2], parts=True)).event for _ in range(2)]
     assert [(event.time, event.kind, event.bodies) for event in found] == [
         (1.0, "pass", (0, 2)),
         (2.0, "part", (0, 2)),
@@ -263,15 +263,37 @@ def test_a_run_stops_at_a_passing_that_a_command_begins_or_ends(phase):
 @pytest.mark.parametrize("phase", GENERAL)
 def test_what_is_commanded_before_a_contact_can_avert_it(phase):
     sim = kt.Simulation(world(), phase, live=True)
-    event = sim.run(until=6.0, stop_at=kt.StopAt(pairs=[(1, 0)], before=True))
+    _, event = sim.run(until=6.0, stop_at=kt.StopAt(pairs=[(1, 0)], before=True))
     assert (event.kind, event.bodies, event.time) == ("pass", (0, 1), 1.7)
     sim.set_velocity(0, (-2.0, 0.0))
-    event = sim.run(until=6.0, stop_at=kt.StopAt(pairs=[(0, "wall"), (0, 1)]))
+    _, event = sim.run(until=6.0, stop_at=kt.StopAt(pairs=[(0, "wall"), (0, 1)]))
     assert (event.kind, event.wall, event.time) == ("wall", "left", 3.85)
     assert (0, 1) not in sim.contacts[["a", "b"]].tolist()
     again = kt.Simulation(sim.recorded(), "naive")
     again.run(until=sim.time)
     assert again.fingerprint == sim.fingerprint
+
+
+def test_a_run_says_why_it_has_ended():
+    def ended(*given, scene=None, **options):
+        return kt.Simulation(world() if scene is None else scene, "cells").run(*given, **options)
+
+    alone = kt.Scene([(1, 1)], [(0, 0)], 0.25, arena=(4, 4))
+    reasons = [
+        ("until", ended(1.0)),
+        ("until", ended(1.0, max_contacts=500, max_events=5000)),
+        ("max_contacts", ended(6.0, max_contacts=2)),
+        ("max_contacts", ended(6.0, max_contacts=2, observe=["msd:every=0.25"])),
+        ("max_events", ended(6.0, max_events=2)),
+        ("stop_at", ended(6.0, stop_at=kt.StopAt())),
+        ("stop_at", ended(6.0, stop_at=kt.StopAt(), observe=["msd:every=0.25"])),
+        ("on_contact", ended(6.0, on_contact=lambda event: True)),
+        ("until", ended(6.0, on_contact=lambda event: None, observe=["msd:every=0.25"])),
+        ("idle", ended(scene=alone, max_contacts=1)),
+    ]
+    for reason, each in reasons:
+        assert (each.reason, bool(each)) == (reason, reason == "until")
+        assert (each.event is None) == (reason not in ("stop_at", "on_contact"))
 
 
 def test_a_run_stops_for_a_body_that_comes_by_hand_into_an_empty_scene():
@@ -281,15 +303,15 @@ def test_a_run_stops_for_a_body_that_comes_by_hand_into_an_empty_scene():
         if not len(sim.bodies):
             sim.insert((2.0, 3.0), (0.0, 1.0), 0.25)
 
-    event = sim.run(until=600.0, stop_at=kt.StopAt(), progress=bring)
+    _, event = sim.run(until=600.0, stop_at=kt.StopAt(), progress=bring)
     assert (event.bodies, event.wall) == ((0,), "top")
 
 
 def test_a_body_that_comes_during_the_run_is_of_its_kind():
     sim = kt.Simulation(world(commands=[LATE]))
-    event = sim.run(until=6.0, stop_at=kt.StopAt(kinds=["late"]))
+    _, event = sim.run(until=6.0, stop_at=kt.StopAt(kinds=["late"]))
     assert (event.time, event.bodies, event.wall) == (1.75, (3,), "top")
-    assert sim.run(until=6.0) is None
+    assert sim.run(until=6.0)
 
 
 @pytest.mark.parametrize("kind", [None, "sensor"])

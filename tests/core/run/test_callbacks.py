@@ -1,4 +1,4 @@
-"""``run(on_contact=f)``: f is called with each contact, at its time, and what it orders happens there."""
+"""``run(on_contact=f, on_part=g)``: called with each contact, at its time; what they order happens there."""
 
 import math
 import random
@@ -30,9 +30,8 @@ def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
     told, rows = [], []
     sim, plain = (kt.Simulation(kt.make_scene("grid", bodies=6, seed=1), phase) for _ in range(2))
     plain.run(until=1.0, observe=["pressure"])
-    sim.run(
-        until=1.0, on_contact=told.append, recorder=lambda some: rows.append(len(some)), observe=["pressure"]
-    )
+    recorder = lambda some: rows.append(len(some))  # noqa: E731
+    sim.run(1.0, on_contact=told.append, on_part=told.append, recorder=recorder, observe=["pressure"])
     assert moments_of(told) == moments_of(sim) == moments_of(plain)
     assert sim.time == 1.0
     assert sum(rows) == len(told)
@@ -41,7 +40,7 @@ def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
 
 def test_a_true_of_numpy_stops_a_run_too():
     sim = kt.Simulation(scene())
-    event = sim.run(until=30.0, on_contact=lambda event: sim.positions()[0, 0] > 0.0)
+    _, event = sim.run(until=30.0, on_contact=lambda event: sim.positions()[0, 0] > 0.0)
     assert len(sim.contacts) == 1
     assert event is not None
 
@@ -54,7 +53,7 @@ def test_kinds_choose_what_is_called():
         ("wall", "bullet"): told["wall"].append,
     }
     sim = kt.Simulation(scene(), "cells")
-    sim.run(until=30.0, on_contact=of)
+    sim.run(until=30.0, on_contact=of, on_part={key: of[key] for key in ("ball", ("ball", "peg"))})
     met = [({*sim.kinds_of(list(bodies)).tolist()}, bodies) for _, _, bodies in moments_of(sim)]
     assert len(told["ball"]) == sum("ball" in kinds for kinds, _ in met) > 5
     assert len(told["two"]) == sum(kinds == {"ball", "peg"} for kinds, _ in met) > 0
@@ -63,14 +62,30 @@ def test_kinds_choose_what_is_called():
 
 
 ONE_KIND = kt.Scene([(1, 1), (3, 1)], [(1, 0.5), (0, 0)], 0.25, arena=(4, 4))
-KEYS = ["ball", ("peg", "ball"), ("wall", "bullet"), ("bullet", "ball"), ("peg", "peg")]
+KEYS = ["ball", ("peg", "ball"), ("wall", "bullet"), ("bullet", "ball"), ("peg", "peg"), ("ball", "*")]
+KEYS += ["*", ("*", "*"), ("*", "wall"), ("ball", "bottom"), ("top", "*")]
+SIDES = {"left", "right", "bottom", "top"}
+
+
+def is_meant(key, event):
+    """Whether a function of a key is called at a contact."""
+    kinds = event.kinds or (0,) * len(event.bodies)
+    named = list(key) if isinstance(key, tuple) else [key]
+    for each in named:
+        if each == "wall" or each in SIDES:
+            others = [other for other in named if other != each]
+            return each in ("wall", event.wall) and bool(event.wall) and others[0] in ("*", *kinds)
+    if len(named) == 1:
+        return named[0] in ("*", *kinds)
+    orders = [kinds, kinds[::-1]] if len(kinds) == 2 else []
+    return any(all(name in ("*", kind) for name, kind in zip(named, each, strict=True)) for each in orders)
 
 
 @pytest.mark.parametrize(
     ("made", "keys"),
     [
         (scene(), KEYS),
-        (ONE_KIND, [0, (0, 0), (0, "wall")]),
+        (ONE_KIND, [0, (0, 0), (0, "wall"), ("left", 0), ("*", "*")]),
         (ONE_KIND.replace(mass=[1, math.inf]), [(0, 0), (0, "wall")]),
     ],
     ids=["several kinds", "one", "one, with rules"],
@@ -85,14 +100,52 @@ def test_the_loop_stops_for_no_other_contact(monkeypatch, made, keys):
         called = []
         stops.clear()
         kt.Simulation(made, "cells").run(until=3.0, on_contact={key: called.append})
-        wanted = {*key} if isinstance(key, tuple) else {key}
-        there = [[*(each.kinds or (0,) * len(each.bodies)), *["wall"] * bool(each.wall)] for each in every]
-        met = [wanted == {*kinds} if isinstance(key, tuple) else key in kinds for kinds in there]
-        assert called == [event for event, is_meant in zip(every, met, strict=True) if is_meant]
+        assert moments_of(called) == moments_of([event for event in every if is_meant(key, event)])
         assert len(stops) == len(called) + 1
+        names = key if isinstance(key, tuple) and not {*key} & {"wall", *SIDES} else (key, "*")
+        two = [each.kinds for each in called if len(each.kinds) == 2]
+        assert all(name in ("*", kind) for kinds in two for name, kind in zip(names, kinds, strict=True))
     stops.clear()
     kt.Simulation(made, "cells").run(until=3.0, on_contact={})
-    assert stops == [None]
+    assert stops == [("until", None)]
+
+
+def test_one_coin_counted_twice():
+    """It was called where a passing ends, too; and bodies came by their numbers, whatever the key."""
+    scene = kt.Scene(
+        [(1, 1), (3, 1)], [(1, 0), (0, 0)], 0.25, kind=["ball", "coin"], arena=(8, 2), responses="pass"
+    )
+    taken, left = [], []
+    sim = kt.Simulation(scene)
+    sim.run(6.0, on_contact={("coin", "ball"): taken.append}, on_part={("ball", "coin"): left.append})
+    assert [(each.kind, each.bodies, each.kinds) for each in taken] == [("pass", (1, 0), ("coin", "ball"))]
+    assert [(each.kind, each.bodies, each.kinds) for each in left] == [("part", (0, 1), ("ball", "coin"))]
+    sim = kt.Simulation(scene, live=True)
+    counted = []
+    sim.run(6.0, on_contact={"coin": lambda event: (counted.append(event), sim.remove(event.bodies[0]))})
+    assert (len(counted), sim.bodies.tolist()) == (1, [0])
+
+
+@pytest.mark.parametrize("before", [False, True])
+def test_stop_at_takes_pairs_of_kinds(before):
+    every = []
+    kt.Simulation(scene(), "cells").run(9.0, on_contact=every.append, on_part=every.append)
+    for pairs in ([("ball", "peg")], [("bullet", "ball"), ("ball", "top")], [(1, "wall"), ("*", "peg")]):
+        for parts in (False, True):
+            sim, stop = kt.Simulation(scene(), "cells"), kt.StopAt(pairs=pairs, parts=parts, before=before)
+            found = []
+            while event := sim.run(9.0, stop_at=stop).event:
+                found.append(event)
+            meant = [
+                event
+                for event in every
+                if (parts or event.kind != "part")
+                and any(
+                    (1 in event.bodies and event.wall) if pair == (1, "wall") else is_meant(pair, event)
+                    for pair in pairs
+                )
+            ]
+            assert found == meant
 
 
 def test_a_removal_after_a_step_is_no_contact():
@@ -128,11 +181,13 @@ def test_it_is_called_with_the_end_of_a_passing_whose_body_goes(how, key):
         sim.run(until=1.0)
         sim.set_kind(1, "robot")
     calls = {"on_contact": note if key is None else {key: note, ("robot", "wall"): print}}
+    calls["on_part"] = note if key is None else {key: note}
     sim.run(until=2.5, **calls, progress=leave if how == "progress" else None)
     if how == "between":
         sim.remove(1)
     sim.run(until=4.0, **calls)
-    met = [("pass", ("zone", "robot")), ("part", ("zone", "robot"))]
+    kinds = ("zone", "robot") if key is None else key
+    met = [("pass", kinds), ("part", kinds)]
     assert told == ([] if key == ("crate", "zone") else met)
     assert sim.kinds_of([0, 1]).tolist() == ["zone", "robot"]
 
@@ -161,10 +216,10 @@ def test_what_it_orders_is_replayed_under_another_phase_and_certified(seed):
     sims = [kt.Simulation(scene(seed), phase, live=True) for phase in ("naive", "cells", "sap-1d")]
     for sim in sims:
         order = orders(sim, seed)
-        sim.run(until=2.0, on_contact=order)
+        sim.run(until=2.0, on_contact=order, on_part=order)
         there = sim.snapshot()
         sim.restore(there)
-        sim.run(until=4.0, on_contact=order)
+        sim.run(until=4.0, on_contact=order, on_part=order)
         sim.audit()
     assert len({sim.fingerprint for sim in sims}) == 1
     recorded = sims[0].recorded()
@@ -190,7 +245,7 @@ def test_true_stops_the_run_there_and_an_error_ends_it_at_that_contact():
     whole, sim = kt.Simulation(scene(), "cells"), kt.Simulation(scene(), "cells")
     whole.run(until=4.0)
     told = []
-    met = sim.run(until=4.0, on_contact=lambda event: told.append(event) or len(told) == 3)
+    _, met = sim.run(until=4.0, on_contact=lambda event: told.append(event) or len(told) == 3)
     assert (met, sim.time, len(sim.contacts)) == (told[2], told[2].time, 3)
 
     def fail(event):
@@ -210,7 +265,10 @@ def test_true_stops_the_run_there_and_an_error_ends_it_at_that_contact():
         ({"on_contact": 3}, TypeError, "on_contact is 3; expected a function or a mapping or None"),
         ({"on_contact": {"dart": print}}, ValueError, "dart"),
         ({"on_contact": {"wall": print}}, ValueError, "expected a kind, two, or a kind and 'wall'"),
+        ({"on_contact": {("wall", "left"): print}}, ValueError, "expected a kind, two, or a kind and 'wall'"),
         ({"on_contact": {"ball": None}}, TypeError, "which is no function"),
+        ({"on_part": {("ball", "top"): print}}, ValueError, "on_part: walls cannot be passed"),
+        ({"stop_at": kt.StopAt(pairs=[(0, "ball")])}, ValueError, "0 is no kind of this scene"),
         ({"on_contact": int}, TypeError, "expected a function"),
         ({"on_contact": print, "stop_at": kt.StopAt()}, TypeError, "stop_at or on_contact"),
     ],

@@ -73,7 +73,7 @@ def test_events_say_of_which_kinds_their_bodies_are(sim):
         ("pass", ("sensor", "ball")),
         ("part", ("ball", "sensor")),
     ]
-    event = sim.run(until=6.0, stop_at=kt.StopAt(kinds="sensor"))
+    _, event = sim.run(until=6.0, stop_at=kt.StopAt(kinds="sensor", parts=True))
     assert (event.kind, event.bodies, event.kinds) == ("part", (1, 2), ("sensor", "ball"))
     assert sim.step().kinds in (("ball",), ("late",))
     plain = kt.Simulation(kt.make_scene("two-discs"), "naive")
@@ -184,7 +184,7 @@ def called(sim, *keys):
 ENTRANCES = {
     "on_contact": called,
     "on_contact, two": lambda sim, kind: called(sim, (1, kind), (kind, "wall")),
-    "stop_at": lambda sim, kind: sim.run(until=4.0, stop_at=kt.StopAt(kinds=[kind])),
+    "stop_at": lambda sim, kind: sim.run(until=4.0, stop_at=kt.StopAt(kinds=[kind])).event,
     "set_kind": lambda sim, kind: (sim.set_kind(2, kind), sim.kinds.tolist()),
     "insert": lambda sim, kind: (sim.insert((3.0, 3.0), radius=0.1, kind=kind), sim.kinds.tolist()),
     "bodies_in": lambda sim, kind: sim.bodies_in((0.0, 0.0, 4.0, 4.0), kinds=[kind]).tolist(),

