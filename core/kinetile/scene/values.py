@@ -90,7 +90,7 @@ def body_numbers(bodies: Any) -> npt.NDArray[np.int64]:
         numbers = np.asarray(bodies)
     except ValueError:  # rows of different lengths
         numbers = np.array([None])
-    if numbers.dtype.kind not in "iu" and numbers.size:
+    if (numbers.dtype.kind not in "iu" and numbers.size) or isinstance(bodies, bytearray):
         raise TypeError(f"bodies go by their numbers; found {shown(bodies)}")
     return np.where(numbers < 0, -1, numbers).astype(np.int64)
 
