@@ -463,10 +463,6 @@ def near(k: Kernel, s: State, body: int) -> int:
     return pairs_of(k, body)
 
 
-def _names(s: State) -> tuple[str, ...]:
-    return tuple(NAMES.get((p, q), f"{p}:{q}") for p, q in s.ways.reshape(-1, 2).tolist())
-
-
 def _away(k: Kernel, s: State) -> Lengths:
     """Returns (lists, 2n) how far each bound is right of its body's place."""
     if not len(s.lines):
@@ -489,8 +485,9 @@ def _lists(k: Kernel, s: State) -> Lists:
         away -= (ways @ np.stack([k.images.kx, k.images.ky])).repeat(2, axis=1) * TURN
     place = (away & (TURN - 1)) + (away >> BITS) * order.shape[1]
     shares = s.lines.reshape(-1, 4)[:, :2] if len(s.lines) else ways.astype(np.float64)
+    names = tuple(NAMES.get((p, q), f"{p}:{q}") for p, q in ways.tolist())
     body, bound = order >> half.bit_length(), order & 1
-    return Lists(_names(s), shares, _away(k, s), 2 * body + bound, place, due)
+    return Lists(names, shares, _away(k, s), 2 * body + bound, place, due)
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:

@@ -331,9 +331,7 @@ def beginnings(k: Kernel, body: int, others: Ints, near: Ints, ticks: Ints) -> N
 def tick_of_wall(k: Kernel, body: int, answer: Ints) -> None:
     """Writes down when a body meets a wall, and which; a template."""
     k = disowned(k)
-    tick, wall = reach_wall(k, k.bodies[body])
-    answer[0] = tick
-    answer[1] = wall
+    answer[0], answer[1] = reach_wall(k, k.bodies[body])
 
 
 def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Ints) -> None:
