@@ -546,7 +546,7 @@ def kinds_between(key: Any, known: tuple[Kind, ...], where: str) -> tuple[Kind, 
     side of the arena; "*" is every kind. ValueError for another key, or an unknown kind."""
     two = key if isinstance(key, tuple) else (key,)
     named = tuple([find_kind(each, _names(known), where, known) for each in two])
-    if not 0 < len(named) <= 2 or all([is_wall(each, known) for each in named]):
+    if not 0 < len(named) <= 2 or all(is_wall(each, known) for each in named):
         expected = f"a kind, two, or a kind and {WALL!r} or a side of the arena"
         raise ValueError(f"{where}: expected {expected}; found {shown(key)}")
     return named
