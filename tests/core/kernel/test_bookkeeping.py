@@ -9,6 +9,7 @@ from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop import LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import (
     ANY,
+    ENDS,
     SOME,
     count_contact,
     count_row,
@@ -67,14 +68,19 @@ def test_a_command_waits_for_room_for_all_rows_of_passings_that_it_begins_or_end
             assert must_wait(k, command) == (LOG_FULL if 4 - logged < rows else NO_REASON)
 
 
-def test_a_pair_is_watched_in_either_order_and_a_body_at_every_contact():
+def test_a_pair_is_watched_in_either_order_of_its_row_and_a_body_at_every_contact():
     k = tables()._replace(watch=np.zeros(3, np.uint8), watched=record_table(OFFER, 1))
     k = k._replace(watched_kinds=np.zeros(2, np.uint8))
-    k.watch[:2], k.watched[0].a, k.watched[0].b = SOME, 0, 1
-    pairs = [(a, b) for a in range(3) for b in (-1, 0, 1, 2) if a != b]
-    assert {pair for pair in pairs if is_watched(k, *pair)} == {(2, 1), (1, 2)}
-    k.watch[2] = ANY
-    assert {pair for pair in pairs if is_watched(k, *pair)} == {(2, 1), (1, 2), *(p for p in pairs if 0 in p)}
+    pairs = [(a, b) for a in range(3) for b in (-1, 0, 1, 2) if a != b]  # slots, whose numbers descend
+    ends = {(a, b) for a, b in pairs if a < b}  # the younger first
+    for flag, left_out in ((0, ends), (ENDS, set())):
+        for row in ((0, 1), (1, 0)):
+            k.watch[:], (k.watched[0].a, k.watched[0].b) = (SOME | flag, SOME | flag, 0), row
+            found = {(2, 1), (1, 2)} - left_out
+            assert {pair for pair in pairs if is_watched(k, *pair)} == found
+        k.watch[2] = ANY | flag
+        found |= {pair for pair in pairs if 0 in pair} - left_out
+        assert {pair for pair in pairs if is_watched(k, *pair)} == found
 
 
 def test_rows_have_numbers_and_plans_of_both_bodies():
