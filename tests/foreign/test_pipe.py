@@ -519,7 +519,7 @@ def test_an_engine_in_floating_point_conforms(language, asked, within, tmp_path)
     check = "same-contacts" if asked == "contacts" else asked
     (result,) = check_engine(command, asked=asked, within=within, examples=5, checks=[check]).results
     assert result.status == "passed"
-    few, many = sorted(int(n.replace(",", "")) for n in re.findall(r"[\d,]*\d", result.said))
+    few, many = sorted([int(n.replace(",", "")) for n in re.findall(r"[\d,]*\d", result.said)][:2])
     assert few > many / 10, "next to nothing was compared"
 
 
