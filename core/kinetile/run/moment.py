@@ -13,7 +13,6 @@ import numpy.typing as npt
 from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
-from kinetile.kernel.log import INSERTED, OF_KIND
 from kinetile.kernel.plan import BentPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
 from kinetile.run.engine.engine import Engine
@@ -144,16 +143,17 @@ class Moment:
 
     def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         scene, engine = self.scene, self._engine
-        came, coming = engine.history.kinds(INSERTED), kinds_inserted(scene)
+        told, coming = engine.history.told, kinds_inserted(scene)
+        came, many = np.array(told.inserted, dtype=np.int64).reshape(-1, 2).T
         which = np.full(max(len(engine.k.slots), engine.numbers), -1, dtype=np.int64)
         which[: len(scene)] = scene.kind_numbers
         which[list(coming)] = list(coming.values())
-        which[came[:, 0]] = came[:, 1]
+        which[engine.numbers - many.sum() : engine.numbers] = np.repeat(came, many)  # as these are numbered
         odd = numbers[(numbers >= len(which)) | (which[np.minimum(numbers, len(which) - 1)] < 0)]
         if len(odd):
             raise IndexError(f"there is no body {odd[0]}: no body has been given that number")
-        change = scene.changing or len(engine.history.kinds(OF_KIND))
-        for each in engine.history.played(scene, engine.clock) if change else ():
+        which[[*told.changed]] = [*told.changed.values()]
+        for each in engine.history.played(scene, engine.clock) if scene.changing else ():
             if isinstance(each, SetKind) and each.body in numbers:
                 still_comes = engine.agenda.brings(engine.k, engine.clock, each.body)
                 which[each.body] = which[each.body] if still_comes else scene.kinds.index(each.kind)

@@ -130,6 +130,8 @@ class Simulation(Moment):
             or those that it needs.
         options: options of the broad phase, over those in its name.
         keep_contacts: False to keep only their fingerprint, for runs of very many contacts.
+        keep_commands: False to forget commands by hand that have run: saved games do not grow by them, and
+            there is no ``recorded``.
         audit: check everything that must hold at intervals of this many contacts, and at the end of each run
             (slow: O(n^2) an audit); None: never.
         turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
@@ -153,6 +155,7 @@ class Simulation(Moment):
         narrow_phases: Sequence[str] | Named | None = None,
         options: Mapping[str, Any] | None = None,
         keep_contacts: bool = True,
+        keep_commands: bool = True,
         audit: int | None = None,
         turning: bool = False,
         live: bool = False,
@@ -163,9 +166,13 @@ class Simulation(Moment):
         if room is not None:
             room = max(read_count(room, "room"), len(scene))
         prepared = Prepared.of(scene, room) if live or Commands.of(scene) == Commands.ALL else scene
+        if scene.changing and not keep_commands:
+            raise BadOption(
+                "keep_commands=False is for scenes that plan no SetKind: expected set_kind by hand"
+            )
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
-        super().__init__(scene, Engine(prepared, composition, keep_contacts, commands))
+        super().__init__(scene, Engine(prepared, composition, keep_contacts, commands, None, keep_commands))
         self._audit = audit
         self._running: End | None = None
         self._fault: str | None = None
@@ -598,9 +605,11 @@ class Simulation(Moment):
             self._engine.carry_out(REMOVED, self._engine.command_rows(REMOVED, body=number))
 
     def recorded(self) -> Scene:
-        """Returns the scene together with all interactive commands, each at its exact time, and
-        with the present moment as its exact end: under any phase it has the contacts of this run."""
+        """Returns the scene with all interactive commands, each at its exact time, and the present moment as
+        its exact end: it has the contacts of this run, under any phase. ValueError if they are not kept."""
         engine = self._engine
+        if not engine.history.kept:
+            raise ValueError("this simulation keeps no commands: it was made with keep_commands=False")
         commands = engine.history.played(engine.scene, engine.clock)
         played = with_commands(engine.scene, commands, kinds=engine.scene.kinds)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
@@ -624,6 +633,12 @@ class Simulation(Moment):
     def fingerprint(self) -> str:
         """Hex digest of the list of contacts (epoch, tick, a, b): equal under every broad phase."""
         return self._engine.ledger.fingerprint
+
+    @property
+    def state_fingerprint(self) -> str:
+        """Hex digest of bodies, passings, clock and commands to come: equal under every broad phase. Where it
+        is equal, runs of one scene go on alike, whatever came before. Raises as ``snapshot``."""
+        return self.snapshot().state_fingerprint
 
     @property
     def readings(self) -> Readings:

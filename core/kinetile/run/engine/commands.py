@@ -274,33 +274,53 @@ def to_the_front(tables: Tables, rows: Rows) -> None:
     lists.command[0] = command - many
 
 
+class Told(NamedTuple):
+    """What commands tell of kinds, which have numbers here: (kind, how many in a row) of the inserted bodies,
+    in their order; and by the number of a body the last one that it has been given."""
+
+    inserted: tuple[tuple[int, int], ...] = ()
+    changed: Mapping[int, int] = {}
+
+    def with_rows(self, rows: Rows) -> Told:
+        """Returns this with what later commands tell."""
+        new = ((kind, 1) for kind in rows["kind"][rows["code"] == INSERTED].tolist())
+        runs = groupby([*self.inserted[-1:], *new], itemgetter(0))
+        inserted = tuple((kind, sum(many for _, many in run)) for kind, run in runs)
+        change = rows[rows["code"] == OF_KIND]
+        changed = dict(zip(change["body"].tolist(), change["kind"].tolist(), strict=True))
+        return Told(self.inserted[:-1] + inserted, {**self.changed, **changed})
+
+
 class History:
-    """Commands that have been run, in the order in which they were given. It never changes, so a snapshot
-    shares it. The last ``LAST`` wait until it is read; blocks of about one size are joined."""
+    """Commands that have been run, in the order in which they were given; unless they are ``kept``, only what
+    they tell of kinds. It never changes, so a snapshot shares it. The last ``LAST`` wait until it is read;
+    blocks of about one size are joined."""
 
     def __init__(
-        self, rows: tuple[bytes, ...] = (), inserted: tuple[bytes, ...] = (), bases: Bases = ()
+        self, rows: tuple[bytes, ...] = (), bases: Bases = (), told: Told | None = None, kept: bool = True
     ) -> None:
         self.names: Mapping[str, int] = {}  # of inserted bodies that have one
+        self.kept = kept
         self._rows = rows
-        self._inserted = inserted  # bodies, kinds and codes, so that kinds are read at once
+        self._told = told or Told()
         self._bases = bases
         self._last: tuple[tuple[int, bytes], ...] = ()  # each with the base of its ticks
 
     @property
     def content(self) -> tuple[bytes, Bases]:
-        """All commands, as bytes, and the bases of their ticks."""
+        """All commands that are kept, as bytes, and the bases of their ticks."""
         self._take_in_last()
         return b"".join(self._rows), self._bases
 
-    @classmethod
-    def of(cls, rows: bytes, bases: Bases) -> History:
-        """Returns the history with this content."""
-        return cls((rows,), (_inserted(np.frombuffer(rows, COMMAND)),), bases)
+    @property
+    def told(self) -> Told:
+        """What all commands tell of kinds."""
+        self._take_in_last()
+        return self._told
 
     def with_rows(self, rows: Rows, base: int) -> History:
         """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
-        history = History(self._rows, self._inserted, self._bases)
+        history = History(self._rows, self._bases, self._told, self.kept)
         history._last, history.names = (*self._last, (base, rows.tobytes())), self.names
         if len(history._last) >= LAST:
             history._take_in_last()
@@ -309,18 +329,12 @@ class History:
     def _take_in_last(self) -> None:
         for base, several in groupby(self._last, itemgetter(0)):
             rows = b"".join(each for _, each in several)
-            if not self._bases or self._bases[-1][1] != base:
-                self._bases = (*self._bases, (sum(map(len, self._rows)) // COMMAND.itemsize, base))
-            came = _inserted(np.frombuffer(rows, COMMAND))
-            self._inserted = _joined(self._inserted, came) if came else self._inserted
-            self._rows = _joined(self._rows, rows)
+            self._told = self._told.with_rows(np.frombuffer(rows, COMMAND))
+            if self.kept:
+                if not self._bases or self._bases[-1][1] != base:
+                    self._bases = (*self._bases, (sum(map(len, self._rows)) // COMMAND.itemsize, base))
+                self._rows = _joined(self._rows, rows)
         self._last = ()
-
-    def kinds(self, code: int) -> npt.NDArray[np.int64]:
-        """Returns the bodies of insertions or changes of kind, each with the number of its kind, (m, 2)."""
-        self._take_in_last()
-        rows = np.frombuffer(b"".join(self._inserted), np.int64).reshape(-1, 3)
-        return rows[rows[:, 2] == code, :2]
 
     def played(self, scene: Scene, clock: Clock) -> list[SceneCommand]:
         """Returns these commands with a scene's, at their exact times, and without the scene's for bodies
@@ -360,12 +374,6 @@ def _joined(blocks: tuple[bytes, ...], new: bytes) -> tuple[bytes, ...]:
     while kept and len(kept[-1]) <= len(new) <= LONGEST:
         new = kept.pop() + new
     return (*kept, new)
-
-
-def _inserted(rows: Rows) -> bytes:
-    rows = rows[np.isin(rows["code"], (INSERTED, OF_KIND))]
-    columns = [rows[name] for name in ("body", "kind", "code")]
-    return np.column_stack(columns).astype(np.int64).tobytes() if len(rows) else b""
 
 
 def _moment(command: SceneCommand, clock: Clock) -> tuple[int, int]:

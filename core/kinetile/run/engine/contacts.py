@@ -227,6 +227,8 @@ class Ledger:
                 self._held.append((long.tobytes(), self._clock.base, bent))
             if self._observer is not None:
                 self._observer(_rows(long, self._clock, bent))
+        else:  # these contacts are missing: what waits for a recorder is no beginning of theirs
+            self._unrecorded, self._held = [], []
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
         self.complete = True

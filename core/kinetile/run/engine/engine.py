@@ -169,6 +169,7 @@ class Engine(Tables):
         keep_contacts: bool = True,
         commands: Commands = Commands.NONE,
         state: RunState | None = None,
+        keep_commands: bool = True,
     ) -> None:
         """An engine of a scene, at its start or in a ``state``, for which the composition is prepared."""
         self.scene = scene if state is None else widened(scene, state.shapes, state.pull)
@@ -177,7 +178,7 @@ class Engine(Tables):
         self.state = composition.broad.state
         self.clock = Clock(scene.start, scene.time_unit)
         if state is None:
-            state = RunState.at_start(scene, self.clock, keep_contacts)
+            state = RunState.at_start(scene, self.clock, keep_contacts, keep_commands)
         self.clock.base = state.base
         self.ledger = Ledger(self.clock, state.entries)
         self.agenda = Agenda(state.later)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.images import BEAT
-from kinetile.kernel.log import CONTACT, INSERTED, Fingerprint
+from kinetile.kernel.log import CONTACT, Fingerprint
 from kinetile.kernel.tables import NEVER, NOBODY, ROWS, THEMSELVES, Kernel, begun, copy_carried, slots_taken
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds
@@ -104,7 +104,7 @@ class RunState:
     compile_seconds: float = 0.0
 
     @classmethod
-    def at_start(cls, scene: Scene, clock: Clock, keep_contacts: bool) -> Self:
+    def at_start(cls, scene: Scene, clock: Clock, keep_contacts: bool, keep_commands: bool) -> Self:
         """Returns the state with which the run of a scene begins."""
         return cls(
             contents=contents_at_start(scene),
@@ -112,7 +112,7 @@ class RunState:
             bounds=Bounds.at_start(scene),
             commands=Commands.of(scene),
             later=planned(scene, clock),
-            history=History(),
+            history=History(kept=keep_commands),
             entries=Entries(0, np.zeros(0, CONTACT) if keep_contacts else None, Fingerprint(), (), ()),
             requested=None,
             overlapping=overlapping(scene),
@@ -132,4 +132,4 @@ def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
 def numbers_of(scene: Scene, history: History) -> int:
     """Returns how many numbers bodies have been given, those of planned insertions among them."""
     coming = [command.body for command in scene.commands if isinstance(command, Insert)]
-    return max([len(scene) - 1, *coming]) + 1 + len(history.kinds(INSERTED))
+    return max([len(scene) - 1, *coming]) + 1 + sum(many for _, many in history.told.inserted)

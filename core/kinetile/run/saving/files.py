@@ -36,7 +36,7 @@ from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestib
 from kinetile.kernel.tables import COMMAND, ROWS
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
-from kinetile.run.engine.commands import History, Planned
+from kinetile.run.engine.commands import History, Planned, Told
 from kinetile.run.engine.contacts import Entries
 from kinetile.run.engine.state import Contents, RunState, numbers_of
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
@@ -199,7 +199,7 @@ _BOUNDS = 4
 _OF_RUN: dict[str, Any] = {"audit": int | None, "start_energy": float, "observed": dict | None}
 """Fields of a snapshot, likewise, in their order."""
 
-_KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int}
+_KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int, "told": Told, "kept": bool}
 
 
 @cache
@@ -208,7 +208,7 @@ def layout() -> str:
     content = [f"{name} {elements(dtype)}" for name, dtype in ROWS.items()]
     content += [elements(CONTACT), elements(LOG), *Bounds._fields]
     content += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
-    content += Entries._fields
+    content += Entries._fields + Told._fields
     return hashlib.sha256("\n".join(content).encode()).hexdigest()
 
 
@@ -233,6 +233,8 @@ def _content(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
         "later": list(state.later.ticks),
         "entries": _entries(state.entries, arrays),
         "history": [list(base) for base in bases],
+        "told": state.history.told,
+        "kept": state.history.kept,
         "names": state.history.names,
         **{name: getattr(snapshot, name) for name in _OF_RUN},
     }
@@ -241,10 +243,9 @@ def _content(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
 def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     _check_kinds(content, arrays)
     scene = Scene(*content["scene"])
-    history = History.of(
-        _rows(arrays, "history", COMMAND).tobytes(),
-        tuple((int(first), int(base)) for first, base in content["history"]),
-    )
+    bases = tuple((int(first), int(base)) for first, base in content["history"])
+    commands = _rows(arrays, "history", COMMAND).tobytes()
+    history = History((commands,), bases, content["told"], content["kept"])
     history.names = {str(name): int(body) for name, body in content["names"].items()}
     state = RunState(
         contents=Contents(**{name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}),
@@ -334,7 +335,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (Accelerate, Insert, Move, Remove, SetKind, Settings, Shape, Turn)
+_CLASSES: tuple[Any, ...] = (Accelerate, Insert, Move, Remove, SetKind, Settings, Shape, Told, Turn)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

@@ -3,9 +3,11 @@ the phases are prepared for the bodies of that moment, in any process and under 
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from typing import Any
 
@@ -64,13 +66,22 @@ class Snapshot:
         """The state of the run."""
         return self.whole.state if isinstance(self.whole, Kept) else self.whole
 
-    def __getstate__(self) -> dict[str, Any]:
-        return vars(self) | {"whole": self.state}  # another process has no engine to go back
-
     def __eq__(self, other: object) -> bool:
         return self._values() == other._values() if isinstance(other, Snapshot) else NotImplemented
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        return int(self.state_fingerprint[:15], 16)  # of a text it would differ between processes
+
+    @cached_property
+    def state_fingerprint(self) -> str:
+        """Hex digest of bodies, passings, clock and commands to come, as ``Simulation.state_fingerprint``."""
+        contents, later = self.state.contents, self.state.later
+        lengths = (*map(len, contents), self.state.base, later.ticks, self.state.shapes)
+        found = [repr(lengths).encode(), later.rows.tobytes(), self.state.overlapping.tobytes()]
+        for rows in (*contents[:3], contents.clock):  # counts tell of the past, stops of the caller
+            names = (each.name for each in declared(rows.dtype, Role.CARRIED))
+            found += [rows[name].tobytes() for name in names if not name.startswith("stops.")]
+        return hashlib.sha256(b"".join(found)).hexdigest()
 
     def __repr__(self) -> str:
         return f"<Snapshot: {len(self.scene)} bodies at first, under {self.phases.broad_phase}>"
@@ -82,7 +93,7 @@ class Snapshot:
             tables += (rows[field.name] for field in declared(rows.dtype, Role.CARRIED))
         return (
             *(self.scene, self.phases, self.audit, self.start_energy, state.history.content),
-            state.history.names,
+            *(state.history.names, state.history.told, state.history.kept, state.shapes),
             *(entries.rows, entries.digest.hexdigest(), entries.pending_events),
             [table.tobytes() for table in tables],
             *(state.base, state.bounds, state.commands, state.later.ticks, state.requested, state.audits),
@@ -142,6 +153,9 @@ def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
         yield f"now is {now}"
     if fault not in (0, JAMMED):
         yield f"the run had ended with fault {fault}"
+    given = [*dict(state.history.told.inserted), *state.history.told.changed.values()]
+    if not {*given} <= {*range(len(scene.kinds))}:
+        yield f"kinds that commands have given are {given}"
     if not 0 <= state.base < 1 << 200:
         yield f"base is {state.base}"
 
