@@ -132,13 +132,16 @@ def _write(reader: LogReader, its_name: str, file: Any, last: str) -> dict[str, 
 
 
 def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
-    waiting: list[NDArray[Any]] = []
+    """Yields all rows in groups of one size: files of the same rows are the same, whenever batches ended."""
+    waiting, many = list[NDArray[Any]](), 0
     for rows in reader:
-        waiting.append(rows)
-        if sum(map(len, waiting)) >= _ROWS_A_GROUP:
-            yield np.concatenate(waiting)
-            waiting = []
-    if any(map(len, waiting)):
+        for piece in np.split(rows, range(_ROWS_A_GROUP - many, len(rows), _ROWS_A_GROUP)):
+            waiting.append(piece)
+            many += len(piece)
+            if many == _ROWS_A_GROUP:
+                yield np.concatenate(waiting)
+                waiting, many = [], 0
+    if many:
         yield np.concatenate(waiting)
 
 

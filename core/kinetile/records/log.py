@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import RecordError
-from kinetile.kernel.log import LOG, TURNED, Fingerprint, digestible
+from kinetile.kernel.log import IN_BLOCK, LOG, TURNED, Fingerprint, digestible
 from kinetile.scene.checks import shown
 
 SIGNATURE = b"kinetile rows 1\n"
@@ -199,8 +199,10 @@ class Seal:
 
     def add(self, rows: NDArray[Any]) -> None:
         """Continues with the next rows (dtype LOG)."""
-        self._contacts.update(digestible(rows[rows["b"] > TURNED]))
-        self._rows.update(rows.astype(_ROW, copy=False).tobytes())
+        for first in range(0, len(rows), IN_BLOCK):  # a copy of all would be as large as they are
+            some = rows[first : first + IN_BLOCK]
+            self._contacts.update(digestible(some[some["b"] > TURNED]))
+            self._rows.update(np.ascontiguousarray(some, _ROW).view(np.uint8).data)
 
     @property
     def fingerprint(self) -> str:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import INSERTED, LOG, MOVED, REMOVED, TURNED
+from kinetile.kernel.log import INSERTED, LOG, MOVED, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
@@ -52,6 +52,9 @@ class PlansAt(NamedTuple):
 _FARTHEST = 2.0**500
 """No number of a flight is as large: then no square of one overflows."""
 
+_AT_ONCE = 1 << 16
+"""Flights that are checked at once: all of a long run would take three times the memory of its rows."""
+
 
 def first_accelerations(scene: Scene, numbers: int) -> NDArray[np.float64]:
     """Returns the accelerations (numbers, 2) with which bodies begin, by their numbers; that of gravity for
@@ -75,7 +78,7 @@ class Trajectory:
             raise TypeError(f"Trajectory: rows is {shown(rows)}; expected an array of the dtype kinetile.LOG")
         if end is not None and not is_finite(end):
             raise ValueError(f"Trajectory: end is {shown(end)}; expected a finite time")
-        last = float(max(rows["time"], default=scene.start))
+        last = float(rows["time"].max()) if len(rows) else scene.start
         recorded = scene.settings.until if "contacts" in scene.origin else None
         self.end = end if end is not None else last if recorded is None else max(recorded, last)
         self.rows = np.asarray(rows, dtype=LOG)
@@ -92,14 +95,7 @@ class Trajectory:
                 f"a row is of body {last}, and there are {known} with all that were inserted: "
                 "these rows are no whole trajectory"
             )
-        numbers = flights.value("x", "y", "vx", "vy")
-        if scene.bent:
-            numbers = np.hstack([numbers, self._accelerations[1]])
-        for k in np.flatnonzero(~(np.abs(numbers) < _FARTHEST).all(axis=1))[:1].tolist():
-            raise RecordError(
-                f"in row {flights.row[k]} body {flights.body[k]} is not where the scene and the rows before "
-                f"have sent it, or has no such velocity: {numbers[k].tolist()}"
-            )
+        self._parts = [slice(at, at + _AT_ONCE) for at in range(0, len(flights.row) or 1, _AT_ONCE)]
         self._keys = (flights.body * self._span + flights.row)[flights.by_body]
         self._check_continuity()
 
@@ -153,7 +149,8 @@ class Trajectory:
     @cached_property
     def _images(self) -> NDArray[np.float64]:
         """(m, 2) how many periods have been taken off the body of each flight since its first place."""
-        order, off = self._flights.by_body, whole_periods(self._strayed[0], self.scene.periods)
+        order, parts = self._flights.by_body, (self._strayed(part)[0] for part in self._parts)
+        off = whole_periods(np.concatenate([*parts]), self.scene.periods)
         body, off = self._flights.body[order], off[order]
         sums = np.cumsum(off, axis=0)
         begins = self.rows["b"][self._flights.row[order]] == MOVED  # then they are counted from 0
@@ -162,45 +159,50 @@ class Trajectory:
         found[order] = sums - (sums - off)[np.maximum.accumulate(np.where(begins, np.arange(len(body)), 0))]
         return found
 
-    @cached_property
-    def _strayed(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(m, 2) where each body flies until the row of a flight, less where that row says it is; and the
-        size of the numbers of each, for its rounding."""
-        flights = self._flights
-        body, rows, first = flights.body, self.rows[flights.row], flights.before < 0
-        place, velocity = flights.value("x", "y"), flights.value("vx", "vy")
-        unit = self._clock.unit
-        time = (rows["epoch"] + rows["tick"] * 2.0**-52) * unit
-        since = np.where(first, 0.0, time[flights.before])
-        came, moved = rows["b"] == INSERTED, rows["b"] == MOVED  # it does not exist before, or was elsewhere
+    def _strayed(self, which: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Returns (m, 2) where each body flies until the row of a flight, less where that row says it is; and
+        the size of the numbers of each, for its rounding."""
+        flights, rows, (begin, later) = self._flights, self.rows, self._accelerations
+        body, row, last = flights.body[which], flights.row[which], flights.before[which]
+        place, velocity = flights.value("x", "y", which=which), flights.value("vx", "vy", which=which)
+        numbers = np.hstack([place, velocity, later[which]])
+        for k in np.flatnonzero(~(np.abs(numbers) < _FARTHEST).all(axis=1))[:1].tolist():
+            raise RecordError(
+                f"in row {row[k]} body {body[k]} is not where the scene and the rows before have sent it, or "
+                f"has no such velocity: {numbers[k].tolist()}"
+            )
+        first, second, unit = last < 0, rows["b"][row], self._clock.unit
+        moments = (rows["epoch"][at] + rows["tick"][at] * 2.0**-52 for at in (row, flights.row[last]))
+        time, since = (each * unit for each in moments)
+        came, moved = second == INSERTED, second == MOVED  # it does not exist before, or was elsewhere
         begins, flies = place.copy(), np.zeros_like(place)
         starts = ~came & ~moved & first & (body < len(self.scene))
         begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
         coming = {each.body: each.position for each in self.scene.commands if isinstance(each, Insert)}
         for k in np.flatnonzero(came).tolist():
             begins[k] = coming.get(int(body[k]), begins[k])
-        before = np.where((first | moved)[:, None], begins, place[flights.before])
-        flies = np.where(first[:, None], flies, velocity[flights.before])
+        before = np.where((first | moved)[:, None], begins, flights.value("x", "y", which=last))
+        flies = np.where(first[:, None], flies, flights.value("vx", "vy", which=last))
         size = np.abs(before) + np.abs(place) + np.abs(flies) * (np.abs(time) + unit)[:, None]
-        time = np.where(came | moved, 0.0, time - since)
-        begin, later = self._accelerations
-        pull = np.where(first[:, None], begin[body], later[flights.before])
+        time = np.where(came | moved, 0.0, time - np.where(first, 0.0, since))
+        pull = np.where(first[:, None], begin[body], later[last])
         flown = positions_after(self._plan(before, flies, pull), time)
         return flown - place, size + np.abs(pull) * (0.5 * time * time)[:, None]
 
     def _check_continuity(self) -> None:
         """Raises RecordError unless each body flies, from row to row, to where the next row says it is, and
         each command of the scene has its row."""
-        with np.errstate(all="ignore"):
-            astray, size = self._strayed
-            astray = np.where(np.isfinite(astray), astray, math.nan)
-            astray = np.abs(nearest_image(astray, self.scene.periods))
         flights, rows = self._flights, self.rows
-        for at in np.flatnonzero((~(astray <= 1e-9 * size)).any(axis=1))[:1].tolist():
-            row, before = flights.row[at], flights.before[at]
-            what = f"body {flights.body[at]} is not where the scene and the rows before have sent it"
-            raise gap(self, flights.row[before] if before >= 0 else -1, row, f"{what} in row {row}")
-        own = rows[rows["b"] <= TURNED]
+        for part in self._parts:
+            with np.errstate(all="ignore"):
+                astray, size = self._strayed(part)
+                astray = np.where(np.isfinite(astray), astray, math.nan)
+                astray = np.abs(nearest_image(astray, self.scene.periods))
+            for at in (part.start + np.flatnonzero((~(astray <= 1e-9 * size)).any(axis=1))[:1]).tolist():
+                row, before = flights.row[at], flights.before[at]
+                what = f"body {flights.body[at]} is not where the scene and the rows before have sent it"
+                raise gap(self, flights.row[before] if before >= 0 else -1, row, f"{what} in row {row}")
+        own = rows[(rows["b"] <= TURNED) & (rows["b"] != REANCHORED)]
         done = {*zip(ticks_of(own).tolist(), own["a"].tolist(), strict=True)}
         gone = {*own["a"][own["b"] == REMOVED].tolist()}  # and with it what the scene plans for it
         for each in self.scene.commands:

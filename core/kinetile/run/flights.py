@@ -62,11 +62,13 @@ class Flights:
     def accelerations(self, before: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Returns the accelerations (m, 2) in force from each flight on: those of the last row of its body
         that gives one, or else those ``before``, (n, 2) by the numbers of bodies."""
-        order, rows = self.by_body, self.rows[self.row]
-        given = np.stack([rows["bx"], rows["by"]], axis=1)[order]
+        gives = ((self.rows["b"] < 0) & ~np.isnan(self.rows["bx"]))[self.row]
+        if not (gives.any() or before.any()):  # no body is accelerated
+            return np.broadcast_to(0.0, (len(self.row), 2))
+        order = self.by_body
+        given = np.stack([self.rows[name][self.row] for name in ("bx", "by")], axis=1)[order]
         body, place = self.body[order], np.arange(len(order))
-        gives = (rows["b"][order] < 0) & ~np.isnan(given[:, 0])
-        last = np.maximum.accumulate(np.where(gives, place, -1))
+        last = np.maximum.accumulate(np.where(gives[order], place, -1))
         own = last >= np.searchsorted(body, body)  # that of the same body
         found = np.empty_like(given)
         found[order] = np.where(own[:, None], given[last], before[body])

@@ -208,3 +208,17 @@ def test_a_file_did_not_say_in_which_period_its_places_are(tmp_path):
     for row in rows[-9:]:
         again.run(float(row["time"]))
         assert np.mod(row["ax"], width) == pytest.approx(again.positions()[row["a"], 0], abs=1e-9)
+
+
+def test_files_of_the_same_rows_were_as_different_as_the_moments_of_their_batches(tmp_path, monkeypatch):
+    monkeypatch.setattr("kinetile.records.finishing._ROWS_A_GROUP", 32)
+    made, found = rows(128), set()
+    for pieces in (1, 3, 40):
+        path = tmp_path / f"{pieces}.parquet"
+        with EventRecorder(path, scene()) as recorder:
+            for piece in np.array_split(made, pieces):
+                recorder(piece)
+                recorder.flush()
+        assert pq.ParquetFile(path).num_row_groups == 4
+        found.add(path.read_bytes())
+    assert len(found) == 1

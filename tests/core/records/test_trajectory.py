@@ -1,11 +1,14 @@
 """From rows back to motion: positions and velocities are those of the run, to the last bit."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 import kinetile as kt
 from kinetile.errors import RecordError
 from kinetile.records import Trajectory, positions_at
+from kinetile.records.log import Seal
 from lanes import first
 from messages import table
 from player_pages import SCENES, record
@@ -143,3 +146,20 @@ def test_a_body_may_be_moved_before_anything_happens_to_it(name, tmp_path):
 
 NO_ROWS, PLANE = np.zeros(0, kt.LOG), SCENES["no walls"]
 test_message = table(globals())
+
+
+def test_a_trajectory_took_ten_times_the_memory_of_its_rows():
+    rows = np.zeros(1 << 18, kt.LOG)
+    rows["time"] = rows["epoch"] = np.arange(len(rows))
+    rows["b"], rows["ax"], rows["ay"], rows["bx"], rows["by"] = -6, 1.0, 1.0, np.nan, np.nan
+    scene = kt.Scene([[1.0, 1.0]], [[0.0, 0.0]], 0.5)
+    tracemalloc.start()
+    try:
+        Seal().add(rows)
+        sealed = tracemalloc.get_traced_memory()[1]
+        assert Trajectory(rows, scene).positions(9.5).tolist() == [[1.0, 1.0]]
+        checked = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert sealed < 0.1 * rows.nbytes
+    assert checked < 2.0 * rows.nbytes
