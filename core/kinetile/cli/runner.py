@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
+from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
@@ -294,7 +294,9 @@ def _lines(result: Mapping[str, Any], scene: Scene, verbose: bool) -> Iterable[t
     broad = called(result["broad_phase"], result["options"])
     yield "phases", f"{broad}; {narrow or 'no narrow phase'}"
     yield "time", f"{scene.start:g} to {run['time']:.10g}: {run['status']}"
-    yield from (line for line in reading_lines(result["readings"]) if verbose or line[0] not in _VERBOSE)
+    whole = f", {process_time():.4g} s of this process"
+    lines = ((name, text + whole * (name == "CPU time")) for name, text in reading_lines(result["readings"]))
+    yield from (line for line in lines if verbose or line[0] not in _VERBOSE)
     if result["events_file"]:
         path, rows, status = result["events_file"].values()
         yield "events file", f"{path}: {rows:,} events ({status.partition(':')[0]})"

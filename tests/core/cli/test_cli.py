@@ -53,6 +53,13 @@ def test_run_prints_a_table_with_units():
     assert "\nlateness            0 time units\n" in kinetile(FOUR, "--verbose").stdout
 
 
+def test_the_cpu_time_of_a_run_was_an_eighth_of_what_it_took():
+    (line,) = (each for each in kinetile(FOUR, code=0).stdout.splitlines() if each.startswith("CPU time"))
+    loop, ready, whole = map(float, re.findall(r"([0-9.e-]+) s", line))
+    assert line.endswith(" s of this process")
+    assert whole > loop + ready
+
+
 def test_run_takes_options_of_the_phases():
     one = printed("run -s bodies=4 --broad-phase sap-1d:axis=y --narrow-phase disc --narrow-phase wall")
     two = printed("run -s bodies=4 --broad-phase sap-1d -o axis=y --narrow-phase disc --narrow-phase wall")
