@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import numpy as np
@@ -22,13 +22,16 @@ _ROUNDING = 2.0**-40
 class Estimate(NamedTuple):
     """A quantity, averaged over a run: a mean, its standard error, the number of independent ``blocks`` that
     the error is from, and for an array, as which these are then, what it depends on: a name and values. The
-    error is NaN, and ``blocks`` is 0, where the run is too short for an error."""
+    error is NaN, and ``blocks`` is 0, where there is none: ``reason`` says why, and how long would do. A
+    number has not ``relaxed`` where blocks of no length are long enough."""
 
     mean: Any
     error: Any
     blocks: Any
     axis: str = ""
     at: Any = None
+    reason: str = ""
+    relaxed: bool = True
 
     @property
     def interval(self) -> Any:
@@ -53,26 +56,59 @@ class ObservedRow(NamedTuple):
     mean: float
     error: float
     blocks: int
+    reason: str
 
 
 class Named(dict[str, _Value]):
-    """Results by name; KeyError says which names there are."""
+    """Results by name; KeyError says which names there are, or the ``reason`` why there is none."""
+
+    reason = "nothing"
 
     def __missing__(self, name: str) -> NoReturn:
-        raise KeyError(f"{name!r} was not observed, but {', '.join(map(repr, self)) or 'nothing'}")
+        raise KeyError(f"{name!r} was not observed, but {', '.join(map(repr, self)) or self.reason}")
 
 
 class Observed(Named[Named[Estimate]]):
     """The estimates of a run by observable, as it was written with its options, then by quantity."""
 
+    HEADS = ("observable", "quantity", "mean", "standard error", "95 % within", "blocks")
+
+    def entries(self) -> Iterator[tuple[str, str, Estimate]]:
+        """Yields observables, quantities and estimates; of an observable without any its reason."""
+        for name, quantities in self.items():
+            nothing = {"": Estimate(math.nan, math.nan, 0, reason=quantities.reason)}
+            yield from ((name, *entry) for entry in (quantities or nothing).items())
+
+    def lines(self) -> list[tuple[str, ...]]:
+        """Returns estimates as texts under ``HEADS``: numbers with their errors, of a curve its length."""
+        lines = []
+        for name, quantity, each in self.entries():
+            mean = f"{len(each.at)} values over {each.axis}" if each.axis else f"{each.mean:.7g}"
+            none = each.reason or each.axis
+            errors = ["", ""] if none else [f"{each.error:.2g}", f"{each.interval:.2g}"]
+            few, most = int(np.min(each.blocks)), int(np.max(each.blocks))
+            blocks = f"{few}" if few == most else f"{few} to {most}"
+            lines.append((name, quantity, mean, *errors, "; ".join(filter(None, (blocks, each.reason)))))
+        return lines
+
+    def withhold(self) -> None:
+        """Takes away all errors but those of constants if a number has not relaxed: others that depend on it
+        may not show it in so short a time."""
+        slow = next((entry for entry in self.entries() if not entry[2].relaxed), None)
+        for name, quantity, each in [*self.entries()] if slow else ():
+            if slow and np.any(each.error > 0.0):
+                reason = f"{slow[1]} of {slow[0]} has not relaxed: {slow[2].reason}"
+                error, blocks = each.error * math.nan, each.blocks * 0
+                self[name][quantity] = each._replace(error=error, blocks=blocks, reason=reason)
+
     def rows(self) -> list[ObservedRow]:
         """Returns all numbers as the rows of one table."""
         rows = []
-        for name, quantities in self.items():
-            for quantity, (mean, error, blocks, axis, at) in quantities.items():
-                places = [None] if at is None else at.tolist()
-                values = (np.atleast_1d(each).tolist() for each in (mean, error, blocks))
-                rows += [ObservedRow(name, quantity, axis, *row) for row in zip(places, *values, strict=True)]
+        for name, quantity, each in self.entries():
+            places = [None] if each.at is None else each.at.tolist()
+            values = (np.atleast_1d(of).tolist() for of in (each.mean, each.error, each.blocks))
+            table = zip(places, *values, [each.reason] * len(places), strict=True)
+            rows += [ObservedRow(name, quantity, each.axis, *row) for row in table]
         return rows
 
 
@@ -123,12 +159,14 @@ class Blocks:
         error has grown (Lee et al., Phys. Rev. E 83, 066706, 2011): then blocks still depend on each other by
         less than what is uncertain in the spread of so few; what they do depend on their neighbours is added
         (twice the correlation of neighbours). The n blocks are worth n/R independent ones: if these are fewer
-        than 50, R itself is too uncertain, mostly too small, and there is no error.
+        than 50, R itself is too uncertain, mostly too small, and there is no error before 50 R/n of the time.
         """
         with np.errstate(all="ignore"):
             mean = np.divide(*(self._open + np.sum(self._blocks, axis=0)))
             error, blocks = np.full(np.shape(mean), math.nan), np.zeros(np.shape(mean), dtype=np.int64)
             kept = np.array(self._blocks)
+            many = np.sum(kept[:, 1] > 0.0, axis=0) if len(kept) else 0
+            growth, settled = np.ones(np.shape(mean)), blocks > 0
             for joined in range(1, len(kept) // _FEWEST_BLOCKS + 1):
                 whole = kept[len(kept) % joined :]
                 sums = whole.reshape(len(whole) // joined, joined, *whole.shape[1:]).sum(axis=1)
@@ -138,21 +176,27 @@ class Blocks:
                 spread = np.nansum(apart**2, axis=0)
                 square = spread / (known - 1.0) / known
                 if joined == 1:
-                    least, many = square, known
+                    least = square
                     constant = least <= (_ROUNDING * mean) ** 2
                 grown = np.where(constant, 1.0, square / least)
-                found = (blocks == 0) & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
+                growth = np.where(settled, growth, np.fmax(growth, grown))
+                found = ~settled & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
                 # A correlation of deviations from their own mean is too low by one over their number.
                 follow = np.nansum(apart[1:] * apart[:-1], axis=0) / spread
                 square = square * (1.0 + 2.0 * np.fmax(follow + 1.0 / known, 0.0))
                 square = np.where(constant, 0.0, square)
                 enough = np.sqrt(np.where(many >= _LEAST_INDEPENDENT * grown, square, math.nan))
                 error, blocks = np.where(found, enough, error), np.where(found, known, blocks)
-        blocks = np.where(np.isnan(error), 0, blocks)
+                settled = settled | found
+            blocks, lacking = np.where(np.isnan(error), 0, blocks), np.isnan(error) & (many > 0)
+            longer = np.max(_LEAST_INDEPENDENT * growth / many, where=lacking, initial=0.0)
+        reason = f"run too short: expected {math.ceil(10.0 * longer) / 10.0:g} times the time or more"
         if np.ndim(mean) == 0:
-            return Estimate(float(mean), float(error), int(blocks))
+            reason, relaxed = reason * bool(longer), bool(settled | (many < _LEAST_INDEPENDENT))
+            return Estimate(float(mean), float(error), int(blocks), reason=reason, relaxed=relaxed)
+        reason = f"{np.sum(lacking)} without error: {reason}" if longer else ""
         axis, at = (axis, at) if axis else ("index", np.arange(len(mean)))
-        return Estimate(mean, error, blocks, axis, at)
+        return Estimate(mean, error, blocks, axis, at, reason)
 
 
 class Series(Blocks):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from kinetile.cli.files import check_ending, check_new, file_errors
 from kinetile.cli.options import option
-from kinetile.cli.output import as_csv, table_of
+from kinetile.cli.output import as_csv, rows_table
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phases
 from kinetile.targets import write_file
@@ -49,35 +49,8 @@ def read_observables(
 
 def observed_table(observed: Observed) -> Table:
     """Returns estimates as a table: numbers with their errors; of a curve its length."""
-    return table_of(
-        [(name, *item) for name, quantities in observed.items() for item in quantities.items()],
-        {
-            "observable": lambda row: row[0],
-            "quantity": lambda row: row[1],
-            "> mean": lambda row: _mean(row[2]),
-            "> standard error": lambda row: _error(row[2], row[2].error),
-            "> 95 % within": lambda row: _error(row[2], row[2].interval),
-            "> blocks": lambda row: _blocks(row[2].blocks),
-        },
-        shared=1,
-    )
-
-
-def _mean(estimate: Any) -> str:
-    return f"{len(estimate.at)} values over {estimate.axis}" if estimate.axis else f"{estimate.mean:.7g}"
-
-
-def _blocks(blocks: Any) -> str:
-    import numpy as np  # here: help needs no numbers
-
-    fewest, most = np.min(blocks), np.max(blocks)
-    return str(most) if fewest == most else f"{fewest} to {most}"
-
-
-def _error(estimate: Any, error: Any) -> str:
-    if estimate.axis:
-        return ""
-    return f"{error:.2g}" if estimate.blocks else "run too short"
+    heads = ("> " * (1 < place < 5) + head for place, head in enumerate(observed.HEADS))
+    return rows_table([*heads], observed.lines(), shared=1)
 
 
 def write_observed(observed: Observed, path: Path) -> None:

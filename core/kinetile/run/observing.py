@@ -214,6 +214,7 @@ class _Observation:
 
     def estimates(self) -> Named[Estimate]:
         found = Named[Estimate]()
+        found.reason = f"no number in {self.taken} samples, every {self.interval:g} from {self.begin:g} on"
         with calling("observable", self.name, "axes", may_refuse=False):
             axes = self.observable.axes
             for name, blocks in self.blocks.items():
@@ -384,7 +385,9 @@ class Observers:
 
     def results(self) -> Observed:
         """Returns the estimates so far."""
-        return Observed((each.text, each.estimates()) for each in self._observations)
+        found = Observed((each.text, each.estimates()) for each in self._observations)
+        found.withhold()
+        return found
 
 
 def _place(engine: Engine) -> tuple[int, int]:

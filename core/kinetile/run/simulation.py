@@ -915,6 +915,11 @@ class Simulation(Moment):
                 "observe has what another run has observed: expected observables by their names, or "
                 "observe=sim.observed of this simulation, to go on with what it has measured last"
             )
+        if not observe:
+            raise BadOption(
+                "observe=sim.observed goes on with what was observed last, and nothing was: expected "
+                "observables by their names, such as observe=['pressure']"
+            )
         return self._observers
 
     def _observe(self, observers: Observers | None) -> None:

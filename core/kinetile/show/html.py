@@ -1,4 +1,4 @@
-"""HTML of a scene, a simulation and readings: a small table, and the picture of the moment beside it.
+"""HTML of a scene, a simulation, readings and estimates: a table, and the picture of the moment beside it.
 
 Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as is one of more than ``MOST_SHAPES``
 shapes or one that is not built yet; of more than ``MOST_BODIES`` there is no picture. A display changes
@@ -23,6 +23,7 @@ from kinetile.scene.commands import counted
 from kinetile.scene.scene import around, in_words, source_of
 from kinetile.show.picture import Picture, escape, picture_of_scene, take_picture
 from kinetile.show.svg import as_svg as picture_as_svg
+from kinetile.statistics import Observed
 
 MOST_BODIES = 2000
 """The most bodies of a picture."""
@@ -33,15 +34,17 @@ MOST_STRUCTURE = 250
 MOST_SHAPES = 2000
 """The most shapes of a structure."""
 
-Thing = Scene | Simulation | Readings
+Thing = Scene | Simulation | Readings | Observed
 
 
 def as_html(thing: Thing) -> str:
-    """Returns the notebook display of a scene, a simulation or readings: a table, and the picture of the
-    moment. Raises nothing: errors are shown in it."""
+    """Returns the notebook display of a scene, a simulation, readings or what was observed: a table, and the
+    picture of the moment. Raises nothing: errors are shown in it."""
     try:
         if isinstance(thing, Readings):
             return facts("Readings", reading_lines(thing.as_dict()))
+        if isinstance(thing, Observed):
+            return grid("Observed", thing.HEADS, thing.lines(), [1 < place < 5 for place in range(6)])
         picture, left_out = _picture(thing)
         if isinstance(thing, Scene):
             parts = [facts(f"Scene of {in_words(thing, len(thing))}", _scene_lines(thing))]

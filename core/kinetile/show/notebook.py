@@ -10,6 +10,7 @@ TYPES = (
     ("kinetile.scene.scene", "Scene"),
     ("kinetile.run.simulation", "Simulation"),
     ("kinetile.run.readings", "Readings"),
+    ("kinetile.statistics", "Observed"),
 )
 """The modules and names of the types that have a display."""
 
@@ -19,7 +20,7 @@ def load_ipython_extension(shell: Any) -> None:
     formatters = shell.display_formatter.formatters
     for module, name in TYPES:
         formatters["text/html"].for_type_by_name(module, name, _html)
-        if name != "Readings":  # numbers alone, no picture
+        if name in ("Scene", "Simulation"):  # others are numbers alone
             formatters["image/svg+xml"].for_type_by_name(module, name, _svg)
 
 

@@ -113,13 +113,14 @@ def _readings(simulation: Simulation) -> Row:
     """Returns the columns of readings and of estimates: a number with its error, or a curve as a table."""
     row: Row = simulation.readings.as_dict()
     row |= {"time": simulation.time, "compiled": not INTERPRETED}
-    for name, quantities in simulation.observed.items():
-        for quantity, (mean, error, blocks, axis, at) in quantities.items():
-            column = f"observed.{name}.{quantity}"
-            if at is None:
-                row |= {column: float(mean), f"{column}.error": float(error), f"{column}.blocks": blocks}
-            else:
-                row[column] = {axis: at.tolist(), "mean": mean.tolist(), "error": error.tolist()}
+    for name, quantity, each in simulation.observed.entries():
+        column, mean, error = f"observed.{name}.{quantity}", each.mean, each.error
+        if each.at is None:
+            row |= {column: float(mean), f"{column}.error": float(error), f"{column}.blocks": each.blocks}
+        else:
+            row[column] = {each.axis: each.at.tolist(), "mean": mean.tolist(), "error": error.tolist()}
+        if each.reason:
+            row[f"{column}.reason"] = each.reason
     return row
 
 

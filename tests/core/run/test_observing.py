@@ -43,6 +43,13 @@ class Broken(Watcher):
         raise ZeroDivisionError("no bodies")
 
 
+class Slow(Watcher):
+    def sample(self, moment):
+        self.samples.append(math.sin(1e6 * moment.time))
+        slow = moment.time if self.needs == "samples" else 0.0
+        return {"noise": self.samples[-1], "drift": slow, "curve": [self.samples[-1], 1.0], "one": 1.0}
+
+
 class Bare(Watcher):
     def sample(self, moment):
         return 0.5
@@ -56,7 +63,7 @@ class Forgetful(Watcher):
 @pytest.fixture(autouse=True)
 def watchers():
     Watcher.notes = []
-    made = Watcher, Broken, Bare, Forgetful
+    made = Watcher, Broken, Bare, Forgetful, Slow
     with registered(*(kt.ObservableSpec(each.__name__.lower(), each) for each in made)):
         yield Watcher.notes
 
@@ -162,6 +169,19 @@ def test_samples_come_at_their_times_with_the_end(watchers):
     (curve,) = sim.observed["watcher:every=0.1,series=true"].values()
     assert curve.mean.tolist() == curve.at.tolist() == watchers[-1].samples
     assert (curve.axis, len(curve.at), np.isnan(curve.error).all()) == ("time", 4, True)
+
+
+def test_an_interval_longer_than_the_run_measured_nothing_without_a_word():
+    sim, name = simulation(), "rates:every=0.75"
+    sim.run(0.5, observe=[name])
+    (row,) = sim.observed.rows()
+    assert (row.observable, row.quantity, row.blocks) == (name, "", 0)
+    assert row.reason == "no number in 1 samples, every 0.75 from 0 on"
+    with pytest.raises(KeyError, match="'pairs' was not observed, but no number in 1 samples, every"):
+        _ = sim.observed[name]["pairs"]
+    sim.run(1.0, observe=sim.observed)
+    assert sim.observed[name]["pairs"].mean > 0.0
+    assert sim.observed[name]["pairs"].reason == "run too short: expected 50 times the time or more"
 
 
 def test_a_run_for_contacts_is_sampled_a_hundred_times(watchers):
@@ -297,6 +317,25 @@ def test_blocks_follow_the_time_that_values_depend_on_each_other():
     for value in np.linspace(0.0, 1.0, 100):  # one half of a wave
         short.add(np.array(value))
     assert math.isnan(short.estimate().error)
+
+
+def test_a_mean_had_an_error_in_a_run_that_has_not_relaxed():
+    """Whatever is observed beside what drifts has none, but for constants; few samples prove no drift."""
+    names = {each: f"slow:{each}" for each in ("needs=contacts", "needs=samples", "needs=samples,every=0.1")}
+    for chosen, drifts in ((["needs=contacts", "needs=samples"], True), ([*names][::2], False)):
+        sim = simulation()
+        sim.run(1.0, observe=[names[each] for each in chosen])
+        found = sim.observed[names["needs=contacts"]]
+        assert (found["one"].error, found["one"].blocks > 0, found["one"].reason) == (0.0, True, "")
+        reason = (
+            "drift of slow:needs=samples has not relaxed: run too short: expected 6.3 times the time or more"
+        )
+        for quantity in ("noise", "curve"):
+            each = found[quantity]
+            assert (np.isnan(each.error).any(), each.reason) == (drifts, reason if drifts else "")
+            assert (np.max(each.blocks) == 0) == drifts
+    few = sim.observed[names["needs=samples,every=0.1"]]["drift"]
+    assert (few.relaxed, few.reason) == (True, "run too short: expected 4.6 times the time or more")
 
 
 RETURNED: dict[str, Any] = {

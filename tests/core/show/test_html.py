@@ -161,6 +161,15 @@ def test_readings_are_the_lines_of_the_command():
     assert found["contacts"].startswith(f"{len(sim.contacts):,} (")
 
 
+def test_what_was_observed_had_no_display():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive")
+    sim.run(until=0.5, observe=["energy", "msd:lags=3", "rates:every=0.75"])
+    heads, energy, msd, rates = shown(sim.observed).lines
+    assert heads == ["observable", "quantity", "mean", "standard error", "95 % within", "blocks"]
+    assert (energy[:2], energy[3:5], msd[2]) == (["energy", "E"], ["0", "0"], "4 values over time")
+    assert rates[5] == "0; no number in 1 samples, every 0.75 from 0 on"
+
+
 @pytest.mark.parametrize(
     ("bodies", "text", "pictures"),
     [
@@ -280,9 +289,10 @@ def test_a_shell_shows_scenes_simulations_and_readings():
         assert shown["text/html"] == kt.as_html(thing)
         assert shown["image/svg+xml"] == kt.as_svg(thing)
         assert shown["text/plain"] == repr(thing)
-    shown, _ = Shell.display_formatter.format(sim.readings)
-    assert shown["text/html"] == kt.as_html(sim.readings)
-    assert "image/svg+xml" not in shown
+    for thing in (sim.readings, sim.observed):
+        shown, _ = Shell.display_formatter.format(thing)
+        assert shown["text/html"] == kt.as_html(thing)
+        assert "image/svg+xml" not in shown
 
 
 @pytest.mark.parametrize("first", lanes.first(1, ["IPython", "kinetile"]))

@@ -142,7 +142,11 @@ def test_an_interval_by_contacts_is_found_by_a_run_that_goes_on():
 
 def test_names_begin_anew_and_an_unobserved_time_is_refused():
     sim = kt.Simulation(discs(), "naive")
-    sim.run(0.0, observe=sim.observed)  # nothing so far, so nothing further
+    with pytest.raises(
+        BadOption, match="goes on with what was observed last, and nothing was: expected obse"
+    ):
+        sim.run(0.25, observe=sim.observed)
+    assert sim.time == 0.0
     sim.run(0.5, observe=["energy:every=0.1"])
     first = sim.observed
     sim.run(1.0, observe=["energy:every=0.1"])
