@@ -27,7 +27,7 @@ from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP, WALLS
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Collisions, Observable
 from kinetile.scene.checks import WALL
-from kinetile_observables.geometry import axes_with_walls, displacement, inner_energy
+from kinetile_observables.geometry import axes_with_walls, displacement, inner_motion
 
 
 class Pressure(Observable):
@@ -111,7 +111,8 @@ class Pressure(Observable):
         found: dict[str, float] = {}
         last, self.last = self.last, moment.time
         energy, masses = self.energy, moment.masses()
-        self.energy, degrees = inner_energy(moment)
+        mass, velocity, each = inner_motion(moment)
+        self.energy, degrees = float((mass * velocity**2).sum()) / 2, float(each.sum())
         self.bodies, self.movable = len(masses), int(np.isfinite(masses).sum())
         virial, at_walls = self.virial, self.at_walls
         self.virial, self.at_walls = 0.0, np.zeros(len(WALLS))

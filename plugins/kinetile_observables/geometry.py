@@ -13,6 +13,9 @@ from kinetile.scene.bodies import whole_periods
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+_MOST_PARTS = 10
+_AT_ONCE = 2**16
+"""How many pairs are compared at once, but for those of one place."""
 
 
 def axes_with_walls(scene: Scene) -> str:
@@ -34,16 +37,31 @@ def narrowest(scene: Scene) -> Floats:
     return np.asarray((reaches[:, ::2] + reaches[:, 1::2]).min(axis=0))
 
 
-def inner_energy(moment: Moment) -> tuple[float, int]:
-    """Returns the kinetic energy of movable bodies, and its degrees of freedom: two a body, less one for each
-    axis along which momentum is kept, which is without the energy of the common motion. kT is twice the
-    energy a degree. Momentum is kept along periodic axes, unless a body is immovable."""
+def inner_motion(moment: Moment) -> tuple[Floats, Floats, Floats]:
+    """Returns of all movable bodies the masses, (n, 1), the velocities less that of their centre of mass,
+    (n, 2), and the degrees of freedom, (n,). kT of all, or of some, is their m v^2 over their degrees. Where
+    no wall takes it, and no immovable body, momentum is kept: along such an axis a body of mass m has, of
+    bodies of mass M together, 1 - m/M of a degree, for in equilibrium <m v^2> = kT (1 - m/M)."""
     mass, velocity = movable(moment)
-    energy = float((mass * velocity**2).sum()) / 2
-    kept = moment.scene.periodic if 0 < len(mass) == len(moment.bodies) else ""
-    for axis in kept:
-        energy -= float((mass * velocity)[:, "xy".index(axis)].sum()) ** 2 / (2.0 * float(mass.sum()))
-    return energy, 2 * len(mass) - len(kept)
+    degrees = np.full(len(mass), 2.0)
+    if 0 < len(mass) == len(moment.bodies):
+        share = mass[:, 0] / mass.sum()
+        for axis in range(2):
+            if "xy"[axis] not in axes_with_walls(moment.scene):
+                velocity[:, axis] -= (share * velocity[:, axis]).sum()
+                degrees -= share
+    return mass, velocity, degrees
+
+
+def parts(moment: Moment, name: str) -> dict[str, npt.NDArray[np.bool_]]:
+    """Returns which of the movable bodies, (n,), a quantity is of: all, and as ``name of big`` those of each
+    kind, or in a scene of one kind of each mass, if these are 2 to 10."""
+    mass, several = moment.masses(), len(moment.scene.kinds) > 1
+    its = (moment.kinds.astype(str) if several else mass)[np.isfinite(mass)]
+    found, names = {name: np.ones(len(its), dtype=bool)}, np.unique(its)
+    for each in names if 1 < len(names) <= _MOST_PARTS else ():
+        found[f"{name} of {'' if several else 'mass '}{each}"] = its == each
+    return found
 
 
 def movable(moment: Moment) -> tuple[Floats, Floats]:
@@ -54,15 +72,33 @@ def movable(moment: Moment) -> tuple[Floats, Floats]:
 
 
 def neighbours(scene: Scene, positions: Floats, within: float) -> Iterator[tuple[Integers, Integers, Floats]]:
-    """Yields all pairs of places not further apart than ``within``, in pieces: both places, (m,), and the way
-    between, (m, 2), to the nearest image. By x, each is compared with the next, ... until all are too far."""
-    order = np.argsort(positions[:, 0], kind="stable")
-    sorted_places, n = positions[order], len(positions)
-    for step in range(1, n // 2 + 1):
-        apart = displacement(scene, np.roll(sorted_places, -step, axis=0) - sorted_places)
-        if 2 * step == n:
-            apart = apart[: n // 2]  # the other half is the same pairs
-        if not (np.abs(apart[:, 0]) <= within).any():
-            return
-        near = np.flatnonzero(np.hypot(*apart.T) <= within)
-        yield order[near], order[(near + step) % n], apart[near]
+    """Yields all pairs of places in the arena not further apart than ``within``, in pieces: both places,
+    (m,), and the way between, (m, 2), to the nearest image. Both are in one cell of a grid, or in cells side
+    by side; where fewer than three are as wide as ``within``, the grid has one column, or row."""
+    n, sides = len(positions), np.array(scene.arena)
+    if not n:
+        return
+    cells = np.minimum(sides / (within * (1.0 + 1e-9)), 2.0**20).astype(np.int64)
+    cells[cells < 3] = 1
+    row, around = np.array([1, cells[0]]), np.array([axis in scene.periodic for axis in "xy"])
+    cell = np.clip((positions / sides * cells).astype(np.int64), 0, cells - 1)
+    order = np.argsort(cell @ row, kind="stable")
+    cell, positions = cell[order], positions[order]
+    for step in np.array([(0, 0), (1, 0), (-1, 1), (0, 1), (1, 1)]):
+        if (cells[step != 0] == 1).any():
+            continue
+        there = (cell + step) % cells
+        first, end = (np.searchsorted(cell @ row, there @ row, side) for side in ("left", "right"))
+        first = first if step.any() else np.arange(1, n + 1)
+        many = np.where((around | (there == cell + step)).all(axis=1), end - first, 0)
+        total, alone = np.cumsum(many), (around & (cells == 1)).any()
+        wraps = alone | (there != cell + step).any(axis=1)
+        for some in np.split(np.arange(n), np.searchsorted(total, np.arange(_AT_ONCE, total[-1], _AT_ONCE))):
+            one = np.repeat(some, many[some])
+            other = np.arange(len(one)) + np.repeat((first + many - total)[some], many[some])
+            other += (total - many)[some[:1]].sum()
+            apart = positions.take(other, 0) - positions.take(one, 0)
+            across = np.flatnonzero(wraps.take(one))  # others have no nearer image
+            apart[across] = displacement(scene, apart[across])
+            near = np.flatnonzero(np.hypot(*apart.T) <= within)
+            yield order.take(one.take(near)), order.take(other.take(near)), apart.take(near, 0)

@@ -14,10 +14,10 @@ from kinetile.errors import BadOption, Refused
 from kinetile.run.moment import Moment
 from kinetile.run.observing import Observable
 from kinetile.scene.checks import is_finite
-from kinetile_observables.geometry import axes_with_walls, inner_energy, movable, narrowest, neighbours
+from kinetile_observables.geometry import axes_with_walls, inner_motion, movable, narrowest, neighbours, parts
+from kinetile_observables.power_cells import cells_of
 
 Floats = npt.NDArray[np.float64]
-_MOST_GROUPS = 10
 
 
 def _whole(name: str, value: Any) -> int:
@@ -50,35 +50,31 @@ class Momentum(Observable):
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns both components."""
         mass, velocity = movable(moment)
-        x, y = (mass * velocity).sum(axis=0).tolist()
+        each = mass * velocity
+        kept = np.abs(each.sum(axis=0)) <= 2.0**-40 * np.abs(each).sum(axis=0)  # at 0, but for rounding
+        x, y = np.where(kept, 0.0, each.sum(axis=0)).tolist()
         return {"px": x, "py": y}
 
 
 class Temperature(Observable):
-    """``kT``: twice the kinetic energy a degree of freedom: 2 N of movable bodies, less one, and the energy
-    of the common motion, for each axis along which momentum is conserved: periodic ones, unless some are
-    immovable. Of several kinds, or masses, the same of each: the mean of m v^2 / 2, as ``kT of big``."""
+    """``kT``: the energy m v^2 of the movable bodies' motion about their centre of mass, over its degrees of
+    freedom: two a body, less m/M for each axis along which the momentum of all, of mass M, is kept: without
+    walls, unless some are immovable. Of several kinds, or masses, the same of each, as ``kT of big``."""
 
     keeps = ()
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the temperatures."""
-        (mass, velocity), (energy, degrees) = movable(moment), inner_energy(moment)
-        if degrees <= 0:
-            return {}  # no body is there, or one alone on a torus
-        found = {"kT": 2.0 * energy / degrees}
-        energies = (mass * velocity**2).sum(axis=1) / 2
-        several = len(moment.scene.kinds) > 1
-        groups = moment.kinds[np.isfinite(moment.masses())].astype(str) if several else mass[:, 0]
-        names = np.unique(groups)
-        if 1 < len(names) <= _MOST_GROUPS:
-            what = "" if several else "mass "
-            found |= {f"kT of {what}{name}": float(energies[groups == name].mean()) for name in names}
-        return found
+        mass, velocity, degrees = inner_motion(moment)
+        energies = (mass * velocity**2).sum(axis=1)
+        sums = {name: (energies[its].sum(), degrees[its].sum()) for name, its in parts(moment, "kT").items()}
+        # Nobody has no degrees, nor has one body alone on a torus.
+        return {name: float(energy / many) for name, (energy, many) in sums.items() if many > 0.0}
 
 
 class _Lagged(Observable):
-    """Averages over movable bodies and pairs of moments, by the time between them: 0 to ``lags``."""
+    """Averages over movable bodies and pairs of moments, by the time between them: 0 to ``lags``; of several
+    kinds, or masses, also of each, as ``msd of big``."""
 
     name = ""
     keeps = ("kept", "times", "bodies")
@@ -89,24 +85,28 @@ class _Lagged(Observable):
         self.lags = np.arange(_whole("lags", lags) + 1)
         self.kept: list[Floats] = []
         self.times: list[float] = []
-        self.bodies: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)
+        self.bodies: dict[str, list[int]] = {}
 
     def sample(self, moment: Moment) -> dict[str, Floats]:
         """Returns the means with this moment as the later one; NaN for lags before the first."""
         self.times = [*self.times, moment.time][:2]
-        if not np.array_equal(self.bodies, moment.bodies):
-            self.kept = []  # bodies have come or gone
-            self.bodies = moment.bodies
-        now = self.read(moment)[np.isfinite(moment.masses())]
+        moves, which = np.isfinite(moment.masses()), parts(moment, self.name)
+        now, bodies = self.read(moment)[moves], moment.bodies[moves]
+        before, self.bodies = self.bodies, {name: bodies[its].tolist() for name, its in which.items()}
+        if before != self.bodies:
+            self.kept = []  # bodies have come or gone, or are of another kind
         self.kept = [now, *self.kept][: len(self.lags)]
-        found = np.full(len(self.lags), math.nan)
-        found[: len(self.kept)] = [self.compare(then, now).sum() / max(len(now), 1) for then in self.kept]
-        return {self.name: found}
+        found = {name: np.full(len(self.lags), math.nan) for name in which}
+        for lag, then in enumerate(self.kept):
+            each = self.compare(then, now).sum(axis=1)
+            for name, its in which.items():
+                found[name][lag] = each[its].sum() / max(np.count_nonzero(its), 1)
+        return found
 
     @property
     def axes(self) -> Mapping[str, tuple[str, npt.ArrayLike]]:  # type: ignore[override]
         interval = self.times[1] - self.times[0] if len(self.times) > 1 else math.nan
-        return {self.name: ("time", self.lags * interval)}
+        return dict.fromkeys(self.bodies, ("time", self.lags * interval))
 
 
 class MeanSquaredDisplacement(_Lagged):
@@ -171,7 +171,7 @@ class PairCorrelation(_InArena):
         n = len(moment.bodies)
         found = np.zeros(self.bins)
         for _, _, apart in neighbours(self.scene, moment.positions(), self.edges[-1]):
-            found += np.histogram(np.hypot(*apart.T), self.edges)[0]
+            found += np.histogram(np.hypot(*apart.T), self.bins, (0.0, self.edges[-1]))[0]
         return {"g": found / (self.expected * (n * (n - 1) / 2))} if n > 1 else {}
 
 
@@ -207,14 +207,15 @@ class StructureFactor(_InArena):
 
 
 class BondOrder(_InArena):
-    """Order of bonds, from psi = mean of exp(6 i angle) over neighbours, not further than ``cutoff`` sums of
-    radii (0 without any): ``psi6``, the size of its mean over bodies, ``psi6_local``, its mean size."""
+    """Order of bonds, from psi = mean of exp(6 i angle) over neighbours (0 without any): ``psi6``, the size
+    of its mean over bodies, ``psi6_local``, its mean size. Neighbours are not further than ``cutoff`` sums of
+    radii; with the cutoff "voronoi" their Voronoi cells adjoin."""
 
     name = "psi6"
 
-    def __init__(self, cutoff: float = 1.5) -> None:
-        if not (is_finite(cutoff) and cutoff > 1.0):
-            raise BadOption(f"cutoff is {cutoff!r}; expected a number of sums of radii, above 1")
+    def __init__(self, cutoff: float | str = 1.5) -> None:
+        if cutoff != "voronoi" and not (is_finite(cutoff) and float(cutoff) > 1.0):
+            raise BadOption(f"cutoff is {cutoff!r}; expected a number of sums of radii, above 1, or voronoi")
         self.cutoff = cutoff
 
     def prepare(self, scene: Scene) -> None:
@@ -225,16 +226,18 @@ class BondOrder(_InArena):
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns both of this moment."""
-        n, radii = len(moment.bodies), moment.radii()
-        psi, many = np.zeros(n, dtype=complex), np.zeros(n)
-        furthest = 2.0 * self.cutoff * float(radii.max(initial=0.0))
-        for one, other, apart in neighbours(self.scene, moment.positions(), furthest):
-            bonded = np.hypot(*apart.T) <= self.cutoff * (radii[one] + radii[other])
-            turn = np.exp(6j * np.arctan2(apart[bonded, 1], apart[bonded, 0]))
-            for ends in (one[bonded], other[bonded]):  # seen from the other end, six half turns more
-                np.add.at(psi, ends, turn)
-                np.add.at(many, ends, 1.0)
-        if not n:
+        places, radii = moment.positions(), moment.radii()
+        if not len(radii):
             return {}
-        psi /= np.maximum(many, 1.0)
+        if isinstance(self.cutoff, str):
+            psi = cells_of(self.scene, places, 0.0 * radii).order
+        else:
+            psi, many = np.zeros(len(radii), dtype=complex), np.zeros(len(radii))
+            for one, other, apart in neighbours(self.scene, places, 2.0 * self.cutoff * radii.max()):
+                bonded = np.hypot(*apart.T) <= self.cutoff * (radii[one] + radii[other])
+                turn = np.exp(6j * np.arctan2(apart[bonded, 1], apart[bonded, 0]))
+                for ends in (one[bonded], other[bonded]):  # seen from the other end, six half turns more
+                    np.add.at(psi, ends, turn)
+                    np.add.at(many, ends, 1.0)
+            psi /= np.maximum(many, 1.0)
         return {"psi6": float(abs(psi.mean())), "psi6_local": float(np.abs(psi).mean())}

@@ -25,11 +25,13 @@ _AT_ONCE, _LINES = 64, 24
 
 
 class Cells(NamedTuple):
-    """Cells of n discs, (n,) each: area, number of neighbours, and whether a wall is one of the sides."""
+    """Cells of n discs, (n,) each: area, number of neighbours, whether a wall is one of the sides, and the
+    mean of exp(6 i angle) over the directions to neighbours, 0 without any."""
 
     area: Floats
     neighbours: npt.NDArray[np.int64]
     walled: npt.NDArray[np.bool_]
+    order: npt.NDArray[np.complex128]
 
 
 def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
@@ -40,15 +42,23 @@ def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
     others, weights = (images[:, None] + places).reshape(-1, 2), np.tile(radii**2, len(images))
     ends = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])[np.tile(walls, 2)]
     w, most, n = len(ends), len(others) - 1, len(places)
-    found = Cells(np.zeros(n), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool))
-    todo, lines = np.arange(n), min(_LINES, most)
+    found = Cells(np.zeros(n), np.zeros(n, np.int64), np.zeros(n, bool), np.zeros(n, complex))
+    lines = min(_LINES, most)
+    # Discs that are computed together are close to each other, so that few others are near them.
+    column, line = np.floor(places / sides * math.sqrt(n / _AT_ONCE)).T
+    todo, reach = np.lexsort((column, line)), math.sqrt(max(lines, 1) * math.prod(sides) / max(n, 1)) / 2.0
     while len(todo):
         left = [todo[:0]]
         for rows in np.array_split(todo, -(-len(todo) // _AT_ONCE)):
-            apart = others - places[rows, None]
+            low, high = places[rows].min(axis=0) - reach, places[rows].max(axis=0) + reach
+            some = np.flatnonzero(((others >= low) & (others <= high)).all(axis=1))
+            some = some if len(some) > lines else np.arange(len(others))
+            # What is further away than that has its line further away than this:
+            beyond = (reach + (radii[rows] ** 2 - weights.max()) / reach) / 2.0
+            apart = others[some] - places[rows, None]
             far = np.hypot(apart[..., 0], apart[..., 1])
             far[far == 0.0] = math.inf  # the disc itself
-            away = far / 2 + (radii[rows, None] ** 2 - weights) / (2.0 * far)
+            away = far / 2 + (radii[rows, None] ** 2 - weights[some]) / (2.0 * far)
             near = np.argpartition(away, lines - 1)[:, :lines]
             to_walls = (ends * (sides * (ends > 0.0) - places[rows, None])).sum(axis=2)
             h = np.concatenate([to_walls, np.take_along_axis(away, near, 1)], axis=1)
@@ -61,9 +71,11 @@ def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
             side = length > 1e-9 * corner[:, None]  # four cells may have a corner in common, but for rounding
             found.area[rows] = (h * length).sum(axis=1) / 2
             found.neighbours[rows], found.walled[rows] = side[:, w:].sum(axis=1), side[:, :w].any(axis=1)
+            turns = ((normal[:, w:, 0] + 1j * normal[:, w:, 1]) ** 6 * side[:, w:]).sum(axis=1)
+            found.order[rows] = turns / np.maximum(found.neighbours[rows], 1)
             if lines < most:
-                left.append(rows[corner > h[:, w:].max(axis=1)])
-        todo, lines = np.concatenate(left), min(2 * lines, most)
+                left.append(rows[corner > np.minimum(h[:, w:].max(axis=1), beyond)])
+        todo, lines, reach = np.concatenate(left), min(2 * lines, most), 2.0 * reach
     return found
 
 

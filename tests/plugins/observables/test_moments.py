@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from kinetile.errors import BadOption
+from kinetile_observables import geometry
 from kinetile_observables.geometry import displacement, neighbours
 from kinetile_observables.moments import BondOrder, PairCorrelation, StructureFactor
 from lanes import first
@@ -63,6 +65,48 @@ def test_momentum_that_immovable_bodies_take_up_was_taken_off_the_temperature():
         assert sim.observed["temperature"]["kT"].mean == pytest.approx(0.225)  # m v^2 / 2, two degrees
 
 
+@pytest.mark.parametrize("periodic", ["xy", "x"])
+def test_a_drift_was_heat_of_each_kind_and_not_of_all(periodic):
+    """kT was 0 of two discs with one velocity, and of each kind .5."""
+    two = kt.Scene([(1.0, 1.0), (3.0, 3.0)], [(1.0, 0.0)] * 2, 0.25, [1.0, 3.0], arena=(4.0, 4.0))
+    two = two.replace(kind=["light", "heavy"], periodic=periodic)
+    gas = kt.make_scene("mixture", bodies=9, density=0.3, radii=(0.5, 0.7), periodic=periodic, seed=2)
+    gas = gas.replace(kind=["light"] * 5 + ["heavy"] * 4)
+    found = []
+    for scene in (two, gas, gas.replace(velocity=gas.velocity + np.array([3.0, 0.0]))):
+        sim = kt.Simulation(scene, "naive")
+        sim.run(0.01, observe=["temperature"])
+        found.append({name: each.mean for name, each in sim.observed["temperature"].items()})
+    assert found[0] == pytest.approx(dict.fromkeys(["kT", "kT of light", "kT of heavy"], 0.0), abs=1e-12)
+    assert found[1] == pytest.approx(found[2])
+    axes, share = len(periodic), gas.mass[:5].sum() / gas.mass.sum()
+    light, heavy = 10.0 - axes * share, 8.0 - axes * (1.0 - share)  # degrees of freedom
+    whole = (light * found[1]["kT of light"] + heavy * found[1]["kT of heavy"]) / (18.0 - axes)
+    assert found[1]["kT"] == pytest.approx(whole)
+
+
+def test_momentum_that_is_kept_is_constant_and_not_a_walk_of_roundings():
+    sim = kt.Simulation(kt.make_scene("mixture", bodies=9, density=0.5, periodic="xy", seed=5), "naive")
+    sim.run(1.0, observe=["momentum"])
+    assert [(each.mean, each.error) for each in sim.observed["momentum"].values()] == [(0.0, 0.0)] * 2
+
+
+def test_displacements_were_not_separated_by_kind():
+    flies = [(1.0, 0.0), (0.0, 2.0), (3.0, 0.0), (0.0, 0.0)]
+    scene = kt.Scene([(1.0, 4.0), (5.0, 1.0), (1.0, 8.0), (9.0, 9.0)], flies, 0.25, [1.0] * 3 + [math.inf])
+    scene = scene.replace(kind=["slow", "slow", "fast", "post"], commands=[kt.SetKind(1, 0.6, "fast")])
+    sim = kt.Simulation(scene, "naive")
+    sim.run(1.0, observe=["msd:every=0.25,lags=2", "vacf:every=0.25,lags=2"])
+    cases = ("msd", [0.0, 0.0625, 0.25]), ("vacf", [1.0] * 3)
+    for found, (one, lag) in zip(sim.observed.values(), cases, strict=True):
+        assert [*found] == [one, f"{one} of fast", f"{one} of slow"]
+        # Both slow ones count until .5; from .75 on all begin again.
+        assert found[one].mean == pytest.approx(np.multiply(lag, 14.0 / 3.0))
+        assert found[one].at.tolist() == found[f"{one} of slow"].at.tolist() == [0.0, 0.25, 0.5]
+        assert found[f"{one} of slow"].mean[2] == pytest.approx(lag[2] * 2.5)
+        assert found[f"{one} of fast"].mean[2] == pytest.approx(lag[2] * 9.0)
+
+
 def test_heights_are_those_of_each_body_s_own_acceleration():
     moving = [(1.0, 1.0), (3.0, 2.0), (2.0, 3.0)], [(0.5, 0.0), (-1.0, 0.5), (0.0, 0.0)], 0.25
     own = [(math.nan, math.nan), (0.5, 0.25), (math.nan, math.nan)]
@@ -98,7 +142,8 @@ def brute(scene, positions, within):
 
 @pytest.mark.parametrize("periodic", ["", "x", "y", "xy"])
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 50, 51])
-def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
+def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n, monkeypatch):
+    monkeypatch.setattr(geometry, "_AT_ONCE", 20)
     scene = in_a_box(periodic)
     positions = np.random.default_rng(n).random((n, 2)) * scene.arena
     for within in (0.1, 0.5, 1.0):
@@ -108,6 +153,16 @@ def test_neighbours_are_all_pairs_within_a_distance_each_once(periodic, n):
             for pair in zip(one.tolist(), other.tolist(), strict=True)
         ]
         assert sorted(found) == brute(scene, positions, within)
+
+
+def test_each_place_was_compared_with_all_of_a_strip(monkeypatch):
+    compared, scene = [], in_a_box("xy")
+    monkeypatch.setattr(np, "hypot", lambda x, y, hypot=np.hypot: compared.append(len(x)) or hypot(x, y))
+    for _ in neighbours(scene, np.random.default_rng(1).random((2000, 2)) * scene.arena, 0.1):
+        pass
+    assert (
+        sum(compared) < 2000 * 20
+    )  # of the 333 in a unit of area nine cells have 30, and half of them count
 
 
 @pytest.mark.parametrize("periodic", first(2, ["", "xy", "x", "y"]))
@@ -154,3 +209,21 @@ def test_a_hexagonal_crystal_is_in_order_and_a_square_one_is_not():
         assert found["psi6"] == pytest.approx(expected, abs=0.2)
         if expected:
             assert found == pytest.approx({"psi6": 1.0, "psi6_local": 1.0})
+
+
+def test_bonds_by_voronoi_cells_are_those_of_a_crystal_at_any_density():
+    crystal = kt.make_scene("hexagonal", columns=6, rows=6, walls=False)
+    step = float(crystal.position[1, 0] - crystal.position[0, 0])
+    shaken = crystal.position + np.random.default_rng(2).normal(0.0, 0.03 * step, (36, 2))
+    crystal = crystal.replace(arena=(6.0 * step, 6.0 * step * math.sqrt(0.75)), periodic="xy")
+    found = []
+    for cutoff, radius in ((1.3, 0.5 * step), ("voronoi", 0.5 * step), ("voronoi", 0.01 * step)):
+        order = BondOrder(cutoff)
+        order.prepare(crystal)
+        found.append(order.sample(simulation_of(np.full(36, radius), shaken % crystal.arena)))
+    assert 0.9 < found[0]["psi6"] < found[0]["psi6_local"] < 1.0
+    assert found[1] == found[2] == pytest.approx(found[0])
+    with pytest.raises(
+        BadOption, match="cutoff is 'near'; expected a number of sums of radii, above 1, or vor"
+    ):
+        BondOrder("near")
