@@ -75,7 +75,7 @@ def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
             found.order[rows] = turns / np.maximum(found.neighbours[rows], 1)
             if lines < most:
                 left.append(rows[corner > np.minimum(h[:, w:].max(axis=1), beyond)])
-        todo, lines, reach = np.concatenate(left), min(2 * lines, most), 2.0 * reach
+        todo, lines, reach = np.concatenate(left), min(2 * lines, most), 4.0 * reach
     return found
 
 
