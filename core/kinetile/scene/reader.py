@@ -135,7 +135,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     if given.arena is None and until is None and any(pull):
         right = "an end, or an arena: without either accelerated bodies fall for ever"
         mistakes.append(Mistake("until", "nothing", right))
-    rules = _read_rules(given, len(bodies), commands, places.complete, mistakes)
+    rules = _read_rules(given, bodies, commands, places.complete, mistakes)
     mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
     start = None if "start" in amiss else float(given.start)
     right = "a sequence of turns: (body, time, (vx, vy))"
@@ -282,15 +282,18 @@ def _read_names(given: Given, bodies: int, mistakes: list[Mistake]) -> tuple[str
 
 
 def _read_rules(
-    given: Given, bodies: int, commands: Sequence[tuple[str, Any]], complete: bool, mistakes: list[Mistake]
+    given: Given, bodies: Bodies, commands: Sequence[tuple[str, Any]], complete: bool, mistakes: list[Mistake]
 ) -> SceneRules:
     kind, kinds = given.kind, given.kinds
     if given.obstacles:
         own = [each.kind for each in given.obstacles]
         kind = [*kind, *own]
         kinds = [*kinds, *own] if isinstance(kinds, list | tuple) else kinds
-    coming = [(f"{where}.kind", each.kind) for where, each in commands if isinstance(each, Insert | SetKind)]
-    return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
+    newer = [(where, each) for where, each in commands if isinstance(each, Insert | SetKind)]
+    coming = [(f"{where}.kind", each.kind) for where, each in newer]
+    insertions = [isinstance(each, Insert) and each.mass == math.inf for _, each in newer]
+    fixed = [*np.isinf(bodies.mass).tolist(), *insertions] if bodies.table is not None else ()
+    return read_rules(kind, given.responses, len(bodies), coming, mistakes, kinds, complete, fixed)
 
 
 def _read_gravity(

@@ -91,10 +91,11 @@ def read_rules(
     kind: Any,
     responses: Any,
     bodies: int,
-    coming: Iterable[tuple[str, Any]],
+    coming: Sequence[tuple[str, Any]],
     mistakes: list[Mistake],
     declared: Any = None,
     complete: bool = True,
+    fixed: Sequence[bool] = (),
 ) -> SceneRules:
     """Returns the rules of a scene about kinds; appends their mistakes.
 
@@ -106,6 +107,8 @@ def read_rules(
         mistakes: a list to append mistakes to.
         declared: all kinds; None if they follow from the bodies.
         complete: whether these are all bodies; else no rule is reported as unused.
+        fixed: which bodies, and commands of ``coming``, are of those that never meet each other; () where
+            all meet. Insertions alone make no rule unused: a recording has those by hand.
     """
     places: dict[Pair, str] = {}
     rules = _read_responses(responses, places, mistakes)
@@ -123,6 +126,12 @@ def read_rules(
                 known[name] = None
     if complete:
         mistakes += _unused(rules, places, known)
+    if complete and len(fixed):
+        everyone = [*each, *(as_kind(name) if is_kind(name) else kinds[0] for _, name in coming)]
+        still = {*each} - {name for name, one in zip(everyone, fixed, strict=True) if not one}
+        for pair, response in (rule for rule in rules if still.issuperset(rule[0])):
+            wanted = "no rule: two immovable bodies never meet in a scene with shapes"
+            mistakes.append(Mistake(places[pair], f"{response.name!r}, for immovable bodies alone", wanted))
     rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)

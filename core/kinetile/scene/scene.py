@@ -67,8 +67,9 @@ class Scene:
     each body is inside the arena and no two overlap, except those that pass through each other (touching is
     allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
     ``math.inf`` is *immovable*: walls reflect it, bodies of finite mass do not change its motion, and two
-    immovable ones bounce like two equal masses. Radii, other masses and the arena's sides are from 2**-200 to
-    2**200, coordinates and speeds at most 2**200, so that no product of them over- or underflows.
+    immovable ones bounce like two equal masses, but never meet in a scene with shapes. Radii, other masses
+    and the arena's sides are from 2**-200 to 2**200, coordinates and speeds at most 2**200, so that no
+    product of them over- or underflows.
     """
 
     position: Floats

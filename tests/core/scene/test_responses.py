@@ -1,5 +1,6 @@
 """Kinds and responses of a scene: what is accepted, what is refused, and files."""
 
+import math
 import pickle
 import subprocess
 import sys
@@ -36,6 +37,33 @@ def test_the_most_specific_rule_counts():
         ["elastic", "stop", "stop", "stop"],
         ["pass", "stop", "stop", "elastic"],
     ]
+
+
+FIXED = {"mass": [math.inf, math.inf, 1.0], "kind": ["post", "paddle", "ball"]}
+BOXES = {"radius": None, "shape": 0, "shapes": [kt.box(0.5, 0.5)], **FIXED}
+COMES = kt.Insert(1.0, (3.0, 3.0), (0.0, 0.0), shape=0, kind="paddle")
+
+
+@pytest.mark.parametrize("pair", [("post", "paddle"), ("paddle", "paddle")])
+@pytest.mark.parametrize("name", ["stop", "pass"])
+def test_a_rule_for_immovable_bodies_alone_among_shapes_is_refused(pair, name):
+    """It was accepted and did nothing: they never meet (rule 7s)."""
+    wanted = f"found '{name}', for immovable bodies alone; expected no rule: two immovable bodies never meet"
+    with pytest.raises(SceneError, match=wanted):
+        scene(**BOXES, commands=[COMES._replace(mass=math.inf)], responses={pair: name})
+
+
+@pytest.mark.small
+def test_a_rule_that_some_bodies_can_have_is_accepted():
+    rule = {("post", "paddle"): "stop"}
+    for commands in ([COMES], [kt.SetKind(2, 1.0, "paddle")]):
+        assert scene(**BOXES, commands=commands, responses=rule).responses
+    assert scene(**FIXED, responses=rule).responses  # discs meet
+    assert scene(**BOXES, responses={("paddle", "*"): "stop", ("paddle", "wall"): "stop"}).responses
+    by_hand = {"kinds": ["post", "paddle", "ball", "later"], "responses": {("paddle", "later"): "stop"}}
+    sim = kt.Simulation(scene(**BOXES, **by_hand), "cells", live=True)
+    sim.insert((3.0, 3.0), shape=0, mass=math.inf, kind="later")
+    assert loads_scene(dumps_scene(sim.recorded())).responses
 
 
 @pytest.mark.parametrize(("name", "walls"), [("stop", "stop"), ("elastic", "elastic"), ("pass", "elastic")])
