@@ -3,6 +3,7 @@ right type, or raises an error that names the value found and those allowed. Lim
 
 from __future__ import annotations
 
+import logging
 import math
 import operator
 from collections.abc import Iterable, Mapping, Sequence
@@ -50,6 +51,8 @@ _NO_NUMBERS = bool, np.bool_, float, np.floating
 _FLOATS = {float, np.float64}
 
 _SIZE = "at most 2**200 in size"
+
+_LATE = "kinetile: the scene ends at %r, so its command at %r does not happen. Expected a later until"
 
 
 def read_point(value: object, name: str) -> Point:
@@ -192,6 +195,10 @@ def read_end(
             f"until={until} is after the scene's end, {last}: expected at most that, since without walls "
             "accelerated bodies become ever faster; or give the scene a later one"
         )
+    planned = scene.commands[-1].time if scene.commands else until
+    ends = until == settings.until and settings.end is None and contacts == events == UNLIMITED
+    if ends and engine.time < until < planned:
+        logging.getLogger("kinetile").warning(_LATE, until, planned)
     clock, now = engine.clock, engine.now
     exact, quota = settings.end if until == settings.until else None, UNLIMITED
     if exact is not None:

@@ -446,8 +446,8 @@ class Simulation(Moment):
 
     def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
         """Turns bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all;
-        between two runs, between two steps, or from the ``progress`` of a run. A refused call leaves
-        everything unchanged.
+        between two runs, between two steps, or from the ``progress`` of a run. A body that is given twice
+        has the last one. A refused call leaves everything unchanged.
 
         Raises:
             IndexError: there is no such body, or it has been removed.
@@ -495,7 +495,7 @@ class Simulation(Moment):
     @answering
     def set_accelerations(self, bodies: npt.ArrayLike, accelerations: npt.ArrayLike) -> None:
         """Gives bodies other accelerations from now on, in the order given: (n,) their numbers, and (n, 2)
-        accelerations or one for all.
+        accelerations or one for all. A body that is given twice has the last one.
 
         None is possible along a periodic axis, of an immovable body, or without an arena after the scene's
         end. The first one, or a larger one than any so far, prepares the phases again, and the first compiles

@@ -132,6 +132,25 @@ def test_a_run_to_the_present_time_says_once_that_it_does_nothing_and_a_duration
     assert told.getMessage().startswith("kinetile: until=0.625 is the present time: nothing is left to run")
 
 
+@pytest.mark.small
+def test_a_command_after_the_scenes_own_end_is_told(caplog):
+    """It never happened, without a word. A recording, and a run to another end, mean what they leave out."""
+    scene = grid(4).replace(commands=[kt.Remove(0, 2.0)], settings=kt.Settings(until=1.0))
+    sim = kt.Simulation(scene, "cells")
+    sim.run(max_contacts=0)
+    sim.run(until=0.5)
+    kt.Simulation(sim.recorded(), "cells").run()
+    kt.Simulation(scene, "cells").run(until=2.0)
+    kt.Simulation(scene.replace(settings=kt.Settings(until=2.0)), "cells").run()
+    assert caplog.text == ""
+    sim.run()
+    (told,) = caplog.records
+    assert told.getMessage().startswith(
+        "kinetile: the scene ends at 1.0, so its command at 2.0 does not happen"
+    )
+    assert len(sim.bodies) == 4
+
+
 def test_slow_bodies_that_are_turned_to_be_fast_are_not_taken_for_jammed():
     slow = grid(9)
     scene = kt.Scene(slow.position, slow.velocity * 1e-12, slow.radius, slow.mass, slow.arena)
