@@ -225,6 +225,7 @@ COMMAND = record(
     ("overtakes", "i4", COUNT, CARRIED),  # planned ones of its tick that came after it (a history's alone)
     ("form", "i4", VALUE, CARRIED),  # the shape of an inserted body, where not all are discs
     ("fits", "i4", VALUE, CARRIED),  # whether it is known to have room
+    ("lifetime", "f8", VALUE, CARRIED),  # of a body inserted by hand; 0: it has none
 )
 ROW = record(
     ("tick", "i8", VALUE, DERIVED),  # rows are taken over before the clock's base moves

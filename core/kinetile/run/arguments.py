@@ -371,14 +371,17 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     position, velocity = (two.tolist() if isinstance(two, np.ndarray) else two for two in both)
     if not (isinstance(position, tuple | list) and isinstance(velocity, tuple | list)):
         return None
-    numbers = [*position, *velocity, new.radius, new.mass]
-    if len(position) != 2 or len(numbers) != 6 or not _FLOATS.issuperset(map(type, numbers)):
+    lasts = 1.0 if new.lifetime is None else new.lifetime
+    numbers = [*position, *velocity, new.radius, new.mass, lasts]
+    if len(position) != 2 or len(numbers) != 7 or not _FLOATS.issuperset(map(type, numbers)):
         return None
     far, speed = math.hypot(*position), math.hypot(*velocity)
     if not (far <= LARGEST and speed <= LARGEST and all(SMALLEST <= each <= LARGEST for each in numbers[4:])):
         return None
     _check_speed(engine, speed, min(engine.bounds.smallest, new.radius))
-    return engine.command_rows(INSERTED, body=engine.numbers, disc=numbers)
+    rows = engine.command_rows(INSERTED, body=engine.numbers, disc=numbers[:6])
+    rows["lifetime"] = new.lifetime or 0.0
+    return rows
 
 
 def check_name(name: str, known: Mapping[str, int]) -> None:

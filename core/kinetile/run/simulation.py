@@ -521,6 +521,7 @@ class Simulation(Moment):
         shape: Shape | int | None = None,
         acceleration: Numbers | None = None,
         name: str | None = None,
+        lifetime: float | None = None,
     ) -> int:
         """Inserts a disc now, or a body of a ``shape``, given as it is or by its number in the scene's table;
         returns its own number, which no other body of this run has or had.
@@ -528,7 +529,8 @@ class Simulation(Moment):
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
         longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
         of the scene's, by default the first; ``acceleration`` is by default that of gravity; ``name`` is for
-        ``number``, and no other body has it. A refused call leaves everything unchanged.
+        ``number``, and no other body has it. After a ``lifetime``, in the scene's time, it is removed, if it
+        has not been before. A refused call leaves everything unchanged.
 
         Raises:
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
@@ -544,6 +546,7 @@ class Simulation(Moment):
         with _Alone(self, "take a body in"):
             engine, size = self._engine, cast("float", radius)
             insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
+            insertion = insertion._replace(lifetime=lifetime)
             rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
             if name is not None:
                 arguments.check_name(name, self._names)
@@ -562,6 +565,7 @@ class Simulation(Moment):
         kind: Kind | Sequence[Kind] | None = None,
         shape: Shape | int | Sequence[Shape | int] | None = None,
         acceleration: Numbers | None = None,
+        lifetime: npt.ArrayLike | None = None,
     ) -> Inserted:
         """Inserts bodies now, one after the other, as ``insert`` does: those that have room.
 
@@ -580,6 +584,7 @@ class Simulation(Moment):
         if radius is None and shape is None:
             raise TypeError("insert_many() needs the radius of the bodies that come, or their shapes")
         each = {"radius": radius, "mass": mass, "kind": kind, "shape": shape, "acceleration": acceleration}
+        each["lifetime"] = lifetime
         with _Alone(self, "take bodies in"):
             engine, reasons = self._engine, dict[int, Exception]()
             rows, wider = arguments.read_insertions(engine, positions, velocities, each, self._goes_to)
@@ -590,7 +595,8 @@ class Simulation(Moment):
                 with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
                     for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
                         try:
-                            row["body"] = self.insert((row["x"], row["y"]), (row["vx"], row["vy"]), *own)
+                            values = dict(zip(each, own, strict=True))
+                            row["body"] = self.insert((row["x"], row["y"]), (row["vx"], row["vy"]), **values)
                         except NoRoom as error:
                             reasons[at] = error
             refused = np.zeros(len(rows), dtype=np.bool_)

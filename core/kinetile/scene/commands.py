@@ -48,7 +48,8 @@ class Insert(NamedTuple):
     """An insertion at ``time``, of a disc of some ``radius`` or of a ``shape``, which may be given by its
     number in the scene's table; ``body`` is its number, -1 before it has one, and commands may call it by a
     ``name`` instead; ``kind`` is by default the scene's first, and ``acceleration`` that of gravity. In a
-    scene with shapes it has a shape, and the radius of the circle that holds it."""
+    scene with shapes it has a shape, and the radius of the circle that holds it. After a ``lifetime`` it is
+    removed: a scene has a ``Remove`` for that, unless it has another one before."""
 
     time: float
     position: Numbers
@@ -61,6 +62,7 @@ class Insert(NamedTuple):
     shape: Shape | int | None = None
     acceleration: Numbers | None = None
     name: str | None = None
+    lifetime: float | None = None
 
     @property
     def reaches(self) -> tuple[float, float, float, float]:
@@ -175,6 +177,24 @@ def numbered(commands: Iterable[Any], kind: str | int | None = None) -> list[Com
             command = command._replace(kind=kind)
         kept.append(command)
     return kept
+
+
+def end_of(new: Insert) -> Remove:
+    """Returns the removal of a body with a lifetime."""
+    return Remove(new.body, new.time + cast("float", new.lifetime))
+
+
+def with_ends(commands: Iterable[tuple[str, Command]]) -> list[tuple[str, Command]]:
+    """Returns commands, each with its place, in which lifetimes are removals after their insertions."""
+    found, known = list[tuple[str, Command]](), list(commands)
+    gone = {each.body: each.time for _, each in known if isinstance(each, Remove)}
+    for where, each in known:
+        found.append((where, each))
+        if isinstance(each, Insert) and each.lifetime is not None:
+            found[-1] = where, each._replace(lifetime=None)
+            if not gone.get(each.body, math.inf) <= end_of(each).time:
+                found.append((f"{where}.lifetime", end_of(each)))
+    return found
 
 
 def counted(commands: Iterable[Command]) -> str:

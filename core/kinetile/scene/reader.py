@@ -35,6 +35,7 @@ from kinetile.scene.commands import (
     numbered,
     shape_of,
     speeds,
+    with_ends,
     with_shape,
 )
 from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull
@@ -153,7 +154,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     unit = None if given.unit is None else float(given.unit)
     first = rules.kinds[0] if rules.kinds != (0,) else None
     apart = ((where, Turn(*turn)) for where, turn in turns)
-    every = [*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands]
+    every = with_ends([*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands])
     known = numbered([command for _, command in every], first)
     clock = Clock(start, unit or unit_of(bodies, sides, known, pull))
     order = _order(known, clock)

@@ -173,6 +173,7 @@ VALUES: Mapping[str, Value] = {
         least=SMALLEST,
     ),
     **dict.fromkeys(("time", "start", "until"), _TIME),
+    "lifetime": SIZE,
     **dict.fromkeys(("at", "end"), _MOMENT),
     "broad-phase": Value(
         "the name of a broad phase; options are in [options.NAME]", str, lambda name: isinstance(name, str)

@@ -8,7 +8,8 @@ import pytest
 
 import kinetile as kt
 from agreement import lattice_scene
-from kinetile.errors import Refused
+from kinetile.errors import Refused, SceneError
+from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import BUILT_IN, first
 
 LIVING = BUILT_IN[1:]
@@ -243,3 +244,77 @@ def test_where_nobody_was_for_long_clocks_were_wrong():
         sim.audit()
     assert len(sims[0].contacts) > 0
     assert sims[0].fingerprint == sims[1].fingerprint
+
+
+@pytest.mark.parametrize(
+    ("phase", "other"), first(1, [("cells", "sap-1d"), ("sap-k", "cells"), ("naive", "sap-2d")])
+)
+def test_a_lifetime_is_a_removal_planned_when_the_body_comes(phase, other, tmp_path):
+    """Of one moment the first that came goes first, after commands of the scene: the ends of passings, which
+    are rows, say it. One that is removed by hand has no second removal, and one may be long."""
+    planned = [kt.Insert(0.0, (2.0, 2.0), (0.0, 0.0), 0.5), kt.Remove(0, 1.25)]
+    scene = box(responses={("*", "*"): "pass"}, commands=planned)
+    sim = kt.Simulation(scene, phase, live=True)
+    sim.run(until=0.25)
+    one = sim.insert((1.5, 2.0), (0.5, 0.0), 0.25, lifetime=1.0, name="one")
+    places = [(2.5, 2.0), (1.0, 1.0), (2.0, 2.5)]
+    two, three, four = sim.insert_many(places, radius=0.25, lifetime=[1.0, 0.5, 3e3]).numbers.tolist()
+    five = sim.insert((3.5, 1.0), radius=0.25, lifetime=1)
+    sim.run(until=0.5)
+    copy = kt.Simulation(scene, other, live=True)
+    copy.restore(sim.snapshot())
+    for each in (sim, copy):
+        each.remove(three)
+        each.run(until=1.0)
+        assert each.bodies.tolist() == [0, 1, 2, one, two, four, five]
+        assert each.next_contact_of(one, scheduled=True) is None  # for it goes before it parts
+        each.run(until=1.5)
+        assert each.bodies.tolist() == [1, 2, four]
+    assert copy.fingerprint == sim.fingerprint
+    ends = sim.contacts[sim.contacts["time"] == 1.25]
+    assert [2, one] in np.sort(ends[["a", "b"]].tolist()).tolist()
+    assert ends["a"].argmax() == len(ends) - 1
+    kt.save_scene(sim.recorded(), tmp_path / "trace.toml")
+    again = kt.Simulation(kt.load_scene(tmp_path / "trace.toml"), other)
+    again.run()
+    assert (again.fingerprint, again.bodies.tolist()) == (sim.fingerprint, sim.bodies.tolist())
+    sim.run(until=3000.125)
+    assert four in sim.bodies
+    sim.run(until=3001.0)
+    assert sim.bodies.tolist() == [1, 2]
+
+
+def test_a_lifetime_in_a_scene_is_a_removal_unless_another_comes_before():
+    last = {"radius": 0.25, "lifetime": 1.0}
+    comes = [kt.Insert(0.5, (2.0, 2.0), (0.0, 0.0), **last, name=name) for name in ("one", "two", "three")]
+    comes = [each._replace(position=(3.5, 0.5 + at)) for at, each in enumerate(comes)]
+    scene = box(commands=[*comes, kt.Remove("two", 1.0)])
+    removals = [(each.body, each.time) for each in scene.commands if isinstance(each, kt.Remove)]
+    assert removals == [(3, 1.0), (2, 1.5), (4, 1.5)]
+    text = dumps_scene(box()) + "[[commands]]\ntime = 0.5\ninsert = { position = [3.5, 0.5], radius = 0.25, "
+    assert loads_scene(text + "lifetime = 1.0 }").commands[1] == kt.Remove(2, 1.5)
+    with pytest.raises(SceneError, match=r"commands\[0\].lifetime: found -1.0; expected a finite number"):
+        box(commands=[comes[0]._replace(lifetime=-1.0)])
+    sim = kt.Simulation(box(), "cells", live=True)
+    for wrong in (0, math.inf, "1"):
+        with pytest.raises(ValueError, match=r"lifetime is .*, expected a finite number greater than 0"):
+            sim.insert((2.0, 2.0), radius=0.25, lifetime=wrong)
+    assert sim.recorded().commands == ()
+
+
+def test_of_two_values_for_one_body_the_last_holds():
+    sim = kt.Simulation(box(gravity=(0.0, -1.0)), "cells", live=True)
+    sim.set_velocities([0, 1, 0], [(1.0, 0.0), (0.0, 0.0), (2.0, 0.0)])
+    sim.set_accelerations([0, 1, 0], [(1.0, 0.0), (0.0, 0.0), (0.5, 0.0)])
+    assert (sim.velocities()[0].tolist(), sim.accelerations()[0].tolist()) == ([2.0, 0.0], [0.5, 0.0])
+
+
+@pytest.mark.parametrize("rules", [{}, {("paddle", "wall"): "stop"}])
+def test_a_paddle_that_is_steered_into_a_wall_bounces_unless_it_stops_there(rules):
+    scene = kt.Scene([[7.0, 1.0]], [[0.0, 0.0]], 0.5, math.inf, (8.0, 2.0), kind="paddle", responses=rules)
+    sim, places = kt.Simulation(scene, "cells", live=True), []
+    for frame in range(1, 7):
+        sim.set_velocity(0, (2.0, 0.0))
+        sim.run(until=frame / 8)
+        places.append(float(sim.positions()[0, 0]))
+    assert places == [7.25, 7.5, *([7.5] * 4 if rules else [7.25, 7.5] * 2)]

@@ -10,9 +10,9 @@ game would take four times the memory, and Python's collector would scan them.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right, insort
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, compress, groupby
 from operator import itemgetter
 from struct import Struct
@@ -27,6 +27,7 @@ from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields, Tables
 from kinetile.scene import Accelerate, Insert, Move, Remove, Scene, SetKind, Turn
 from kinetile.scene import Command as SceneCommand
+from kinetile.scene.commands import end_of
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
 
@@ -92,6 +93,7 @@ class Command(NamedTuple):
             given["kind"] = scene.kinds[given["kind"]] if scene.kinds != (0,) else None
             given["shape"] = scene.shapes[given["shape"]] if scene.shapes else None
             given["acceleration"] = given["acceleration"] if scene.bent else None
+            given["lifetime"] = given["lifetime"] or None
         made: SceneCommand = kind(**given)
         return made
 
@@ -145,6 +147,7 @@ def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...
     if isinstance(command, Insert):
         shape = command.shape
         given["acceleration"] = pull_of(command, scene.gravity)
+        given["lifetime"] = command.lifetime or 0.0
         given["shape"] = number_of(shape, command.mass, scene) if isinstance(shape, Shape) else 0
     values["code"] = _CODES[type(command)]
     for name, value in given.items():
@@ -199,6 +202,25 @@ class Agenda:
         coming["tick"] = [clock.relative(each) for each in ticks[:due]]
         return _with_rows(k, np.concatenate([waiting(k), coming]), FRONT)
 
+    def plan_removal(self, tables: Tables, clock: Clock, body: int, ticks: int) -> None:
+        """Adds the removal of a body, after the commands of that moment."""
+        new, (later, rows) = np.zeros(1, COMMAND), self.later
+        new["body"], new["code"], new["tick"] = body, REMOVED, min(clock.relative(ticks), SPAN)
+        if ticks >= clock.base * TICKS + SPAN:
+            at = _behind(later, rows["after"], ticks)
+            self.later = Planned(
+                (*later[:at], ticks, *later[at:]), np.concatenate([rows[:at], new, rows[at:]])
+            )
+            return
+        lists = tables.fields.lists
+        if lists.command[0] == 0:
+            tables.k = _with_rows(tables.k, waiting(tables.k), FRONT)
+        lists.command[0] -= 1
+        front = waiting(tables.k)
+        at = _behind(front["tick"][1:], front["after"][1:], int(new["tick"][0]))
+        front[:at] = front[1 : at + 1]
+        front[at] = new[0]
+
     def cancel(self, k: Kernel, fields: Fields, body: int) -> None:
         """Forgets all commands for a removed body."""
         ticks, rows = self.later
@@ -236,6 +258,11 @@ class Agenda:
     def _to_come(self, k: Kernel, clock: Clock) -> Iterator[Command]:
         commands = chain((command_of(row, clock.base) for row in waiting(k)), map(Command, *self.later))
         return (command for command in commands if command.code != REANCHORED)
+
+
+def _behind(ticks: Sequence[int] | npt.NDArray[Any], after: npt.NDArray[Any], tick: int) -> int:
+    """Returns the place behind the commands before the first contact of a tick, in their order."""
+    return bisect_right(range(len(ticks)), (tick, 0), key=lambda at: (ticks[at], after[at]))
 
 
 def command_of(row: Any, base: int) -> Command:
@@ -352,7 +379,9 @@ class History:
             due = [each for each in due if each.body not in gone]
             by_hand = command.as_scene_has_it(clock, scene)
             if isinstance(by_hand, Insert):
-                by_hand = by_hand._replace(name=names.get(command.body))
+                if by_hand.lifetime is not None:
+                    insort(planned, end_of(by_hand), key=lambda each: _moment(each, clock))
+                by_hand = by_hand._replace(name=names.get(command.body), lifetime=None)
             first = len(due) - overtaken
             planned.extendleft(each._replace(at=by_hand.at) for each in reversed(due[first:]))
             played += [*due[:first], by_hand]

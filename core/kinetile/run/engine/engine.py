@@ -522,7 +522,7 @@ class Engine(Tables):
     def command_rows(self, code: int, many: int = 1, body: int = 0, disc: Sequence[float] = STILL) -> Rows:
         """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and
         mass as in ``STILL``; the caller fills in the others of several, and other effects."""
-        row = PACKED.pack(self.now, *disc, body, code, self.met_now, 0.0, 0.0, 0, 0, 0, 0)
+        row = PACKED.pack(self.now, *disc, body, code, self.met_now, 0.0, 0.0, 0, 0, 0, 0, 0.0)
         return np.frombuffer(bytearray(row * many), ROWS)
 
     def carry_out(self, code: int, rows: Rows, scene: Scene | None = None) -> None:
@@ -585,9 +585,17 @@ class Engine(Tables):
                 self._behind, self.ledger.holds_rows = NONE_BEHIND, False
             if inserts:
                 self.numbers += len(rows)
+                self._plan_ends(rows)
             if code == REMOVED:
                 self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
             self.history = self.history.with_rows(rows, self.clock.base)
+
+    def _plan_ends(self, rows: Rows) -> None:
+        """Plans the removals of bodies inserted now that have a lifetime."""
+        time = self.clock.moment(self.clock.total(self.now))[0]
+        for body, lifetime in zip(rows["body"].tolist(), rows["lifetime"].tolist(), strict=True):
+            if lifetime:
+                self.agenda.plan_removal(self, self.clock, body, self.clock.ticks(time + lifetime))
 
     def _blockers(self, rows: Rows) -> npt.NDArray[np.int64]:
         """Returns for each body that commands insert, one by one, the slot or the wall that it would reach

@@ -427,6 +427,7 @@ def test_each_field_of_an_insertion_by_hand_is_in_the_recording_and_no_byte_of_a
         "radius": shape.reach,
         "acceleration": None,
         "name": None,
+        "lifetime": None,
     }
     made |= given
     assert one._asdict() == made
