@@ -109,6 +109,23 @@ def test_flights_are_read_from_a_file(tmp_path, capsys):
     }
 
 
+@pytest.mark.small
+def test_an_environment_begins_anew_and_plays_the_same_again_under_another_phase(capsys):
+    example = runpy.run_path(str(ROOT / "docs/examples/environment.py"))
+    assert example["main"](["--episodes", "1", "--longest", "40"]) == 0
+    assert "the last one again: True" in capsys.readouterr().out
+    env = example["Hockey"]()
+    starts = [env.reset(seed=seed)[0].tolist() for seed in (1, 2, 1, None)]
+    assert starts[0] == starts[2] != starts[1]
+    assert starts[3] not in starts[:3]
+    seen, reward, terminated, truncated, more = env.step((0.0, 0.0))
+    assert (seen.shape, reward, terminated, truncated, [*more]) == ((8,), 0.0, False, False, ["contacts"])
+    while not terminated:
+        _, reward, terminated, _, more = env.step((0.0, 2.0))
+    assert reward == -1.0
+    assert (example["PUCK"], example["LEFT"]) in more["contacts"][["a", "b"]].tolist()
+
+
 LANDED = ["2.1000, 0.6500", "3.2000, 1.1500", "5.1250, 0.7500", "6.2750, 1.2500", "5.3750, 0.7500"]
 
 
