@@ -1,6 +1,6 @@
 """Lists of contacts as plain text, from any program: one line each, "epoch tick a b" (rule 10 of
-docs/specification.md), and perhaps "fingerprint" at the end, with 64 hexadecimal digits: the digest of the
-lines before it."""
+docs/specification.md), and perhaps at the end "unit U start S", of the clock, so that a time is
+S + (epoch + tick * 2**-52) * U, and "fingerprint" with 64 hexadecimal digits: the digest of the contacts."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
 """A line of such a list; it need not be a real contact."""
 
 _PRINT = re.compile(r"fingerprint\s+([0-9a-f]{64})")
+_CLOCK = re.compile(
+    r"unit (NUMBER) start (NUMBER)".replace("NUMBER", r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?")
+)
 _AT_ONCE = 1 << 16  # rows by columns are written in half the time of rows by rows
 
 
@@ -30,8 +33,11 @@ class ContactLines(NamedTuple):
     fingerprint: str | None
 
 
-def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
-    """Reads a list of contacts; BadOption, with ``source`` and the line, for an invalid one."""
+def read_contacts(
+    lines: Iterable[str], source: str, clock: tuple[float, float] | None = None
+) -> ContactLines:
+    """Reads a list of contacts; BadOption, with ``source`` and the line, for an invalid one, and for one of a
+    clock of another unit and start than ``clock``."""
     fingerprint: str | None = None
 
     def contacts() -> Iterator[tuple[int, ...]]:
@@ -48,6 +54,10 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
                 )
             elif found := _PRINT.fullmatch(text):
                 fingerprint = found[1]
+            elif found := _CLOCK.fullmatch(text):
+                if clock is not None and (float(found[1]), float(found[2])) != clock:
+                    wanted = f"unit {clock[0]!r} start {clock[1]!r}, the clock of this scene"
+                    raise BadOption(f"{source}, line {number}: found {shown(text)}; expected {wanted}")
             else:
                 yield _numbers(text, source, number)
 
@@ -67,12 +77,19 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
     return found
 
 
-def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
-    """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
-    Raises OSError if it cannot be written; then an existing file stays."""
+def write_contacts(
+    path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str, clock: tuple[float, float]
+) -> None:
+    """Writes the text of ``contact_lines``. Raises OSError if impossible; then an existing file stays."""
     with replacing(path) as file:
-        for first in range(0, len(contacts), _AT_ONCE):
-            some = contacts[first : first + _AT_ONCE]
-            columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
-            file.writelines(f"{e} {t} {a} {b}\n".encode() for e, t, a, b in zip(*columns, strict=True))
-        file.write(f"fingerprint {fingerprint}\n".encode())
+        file.writelines(text.encode() for text in contact_lines(contacts, fingerprint, clock))
+
+
+def contact_lines(contacts: NDArray[Any], fingerprint: str, clock: tuple[float, float]) -> Iterator[str]:
+    """Yields the text of a list of contacts (rows with epoch, tick, a, b), many lines at once, then the
+    unit and the start of the ``clock``, and their fingerprint."""
+    for first in range(0, len(contacts), _AT_ONCE):
+        some = contacts[first : first + _AT_ONCE]
+        columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
+        yield "".join(f"{e} {t} {a} {b}\n" for e, t, a, b in zip(*columns, strict=True))
+    yield f"unit {clock[0]!r} start {clock[1]!r}\nfingerprint {fingerprint}\n"

@@ -4,7 +4,7 @@ Each check runs here, once for each scene. What a file has in the wrong form is 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -77,7 +77,7 @@ class FilePlaces(NamedTuple):
     ``mistakes`` were found before; ``faults`` are places of values that are missing or of a wrong type, and
     have been reported; ``unread`` has for the name of a column, (n,), the bodies without such a value in the
     right form; ``complete`` is whether all bodies, commands and kinds could be read; ``turns`` and
-    ``commands`` are the place of each.
+    ``commands`` are the place of each, the latter with the word of its action.
     """
 
     source: str | None = None
@@ -86,7 +86,17 @@ class FilePlaces(NamedTuple):
     unread: Mapping[str, Bools] = {}
     complete: bool = True
     turns: Sequence[str] | None = None
-    commands: Sequence[str] | None = None
+    commands: Mapping[str, str] | None = None
+
+    def written(self, mistake: Mistake) -> Mistake:
+        """Returns a mistake with its place in the file, where a body goes by the word of its action."""
+        command, _, field = mistake.where.rpartition(".")
+        action = (self.commands or {}).get(command, "")
+        if self.commands is not None and mistake.where.startswith("names["):
+            return mistake._replace(where=f"bodies{mistake.where.removeprefix('names')}.name")
+        if action == "insert" and field not in ("time", "at"):
+            return mistake._replace(where=f"{command}.insert.{field}")
+        return mistake._replace(where=f"{command}.{action}") if action and field == "body" else mistake
 
 
 NO_FILE = FilePlaces()
@@ -96,7 +106,7 @@ NO_FILE = FilePlaces()
 def fill(scene: Any, given: Given, places: FilePlaces) -> None:
     """Gives a scene its values; SceneError with every mistake, and for what its responses refuse."""
     vars(scene).update(read_scene(given, places))
-    _raise(refusals(scene), places)
+    _raise(refusals(scene, given.responses), places)
 
 
 def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
@@ -195,7 +205,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
 
 
 def _raise(mistakes: Sequence[Mistake], places: FilePlaces) -> None:
-    found = [*places.mistakes, *(each for each in mistakes if each.where not in places.faults)]
+    written = map(places.written, mistakes)
+    found = [*places.mistakes, *(each for each in written if each.where not in places.faults)]
     if found:
         raise SceneError(abridged(found), places.source)
 
@@ -258,7 +269,7 @@ def _with_obstacles(bodies: Bodies, obstacles: Sequence[Obstacle], listed: Seque
 
 
 def _listed(
-    name: str, given: Any, right: str, places: Sequence[str] | None, mistakes: list[Mistake]
+    name: str, given: Any, right: str, places: Iterable[str] | None, mistakes: list[Mistake]
 ) -> list[tuple[str, Any]]:
     """Returns the values of a sequence, each with its place; none, and a mistake, for anything else."""
     try:
@@ -289,7 +300,8 @@ def _read_rules(
         own = [each.kind for each in given.obstacles]
         kind = [*kind, *own]
         kinds = [*kinds, *own] if isinstance(kinds, list | tuple) else kinds
-    coming = [(f"{where}.kind", each.kind) for where, each in commands if isinstance(each, Insert | SetKind)]
+    changes = ((where, each) for where, each in commands if isinstance(each, Insert | SetKind))
+    coming = [(f"{where}.kind", each.kind, isinstance(each, Insert)) for where, each in changes]
     return read_rules(kind, given.responses, bodies, coming, mistakes, kinds, complete)
 
 

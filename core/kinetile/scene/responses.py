@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError, Mistake, Refused, nearest, one_of
+from kinetile.plugin.choices import called
 from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, option_mistakes, plain, shown
 from kinetile.scene.values import VALUES
 
@@ -54,6 +55,10 @@ class Response:
 
     def __hash__(self) -> int:
         return hash((self.name, tuple(sorted(self.options))))
+
+    def __str__(self) -> str:
+        """The response as messages name it, of arguments and of files."""
+        return called(f"{self.name!r}", self.options)
 
     def __repr__(self) -> str:
         options = "".join(f", {name}={value!r}" for name, value in sorted(self.options.items()))
@@ -91,7 +96,7 @@ def read_rules(
     kind: Any,
     responses: Any,
     bodies: int,
-    coming: Iterable[tuple[str, Any]],
+    coming: Iterable[tuple[str, Any, bool]],
     mistakes: list[Mistake],
     declared: Any = None,
     complete: bool = True,
@@ -102,7 +107,8 @@ def read_rules(
         kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
         responses: the response for each pair of kinds, or a tuple of ``Rule``.
         bodies: the number of bodies at the start.
-        coming: the place in the input, and the kind, of each insertion; None is the first of the scene.
+        coming: the place in the input, and the kind, of each insertion and each change of a kind, and whether
+            it is an insertion; None is the first of the scene.
         mistakes: a list to append mistakes to.
         declared: all kinds; None if they follow from the bodies.
         complete: whether these are all bodies; else no rule is reported as unused.
@@ -111,31 +117,37 @@ def read_rules(
     rules = _read_responses(responses, places, mistakes)
     all_kinds = _read_declared(declared, mistakes)
     each = _read_kinds(kind, bodies, all_kinds[0] if all_kinds else 0, mistakes)
-    later = [(where, as_kind(name)) for where, name in coming if is_kind(name)]
-    kinds = all_kinds or kinds_that_follow(each, (name for _, name in later), rules)
+    later = [(where, as_kind(name), new) for where, name, new in coming if is_kind(name)]
+    kinds = all_kinds or kinds_that_follow(each, ((name, new) for _, name, new in later), rules)
     known = dict.fromkeys(kinds)
-    if all_kinds:
-        there = [*((f"bodies[{number}].kind", name) for number, name in enumerate(each)), *later]
-        for where, name in there:
+    if all_kinds or complete:
+        what = "which is none of the kinds that the scene declares"
+        also = ""
+        if not all_kinds:  # by a change alone, without a rule, a misspelt kind would be one more
+            what, also = "the kind of no other body and of no rule", " (kinds=[...] declares more)"
+        there = enumerate(each if all_kinds else ())
+        changes = ((where, name) for where, name, _ in later)
+        for where, name in [*((f"bodies[{at}].kind", name) for at, name in there), *changes]:
             if name not in known:
-                message = f"{name!r}, which is none of the kinds that the scene declares"
-                mistakes.append(Mistake(where, message, one_of(str(name), map(str, kinds))))
+                right = one_of(str(name), map(str, kinds)) + also
+                mistakes.append(Mistake(where, f"{name!r}, {what}", right))
                 known[name] = None
     if complete:
         mistakes += _unused(rules, places, known)
-    rows = table(kinds, rules, mistakes)
+    rows = table(kinds, rules, mistakes, places)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
     return SceneRules(kinds, number, rules, np.array([[each.name == PASS for each in row] for row in rows]))
 
 
 def kinds_that_follow(
-    each: Iterable[Kind], coming: Iterable[Kind], rules: Iterable[tuple[Pair, Response]]
+    each: Iterable[Kind], coming: Iterable[tuple[Kind, bool]], rules: Iterable[tuple[Pair, Response]]
 ) -> tuple[Kind, ...]:
-    """Returns the kinds of a scene that declares none, as they appear: in bodies, or else in rules."""
-    there = tuple(dict.fromkeys([*each, *coming]))
+    """Returns the kinds of a scene that declares none, as they appear: in bodies, or else in rules. Those of
+    ``coming`` are of new bodies (True), or of changes, which count where a rule names them."""
     named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
-    return there or tuple(named) or (0,)
+    there = dict.fromkeys([*each, *(name for name, new in coming if new or name in named)])
+    return tuple(there) or tuple(named) or (0,)
 
 
 def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
@@ -265,8 +277,8 @@ def _read_responses(
             ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))
             places.setdefault(ordered, where)
             if rules.setdefault(ordered, response) != response:
-                wanted = f"one response, and {rules[ordered]!r} is another"
-                mistakes.append(Mistake(where, repr(response), wanted))
+                wanted = f"one response, and {rules[ordered]} is another"
+                mistakes.append(Mistake(where, str(response), wanted))
     return tuple(sorted(rules.items(), key=lambda rule: [_order(each) for each in rule[0]]))
 
 
@@ -280,9 +292,12 @@ def _ordered(a: Kind, b: Kind) -> Pair:
     return (a, b) if _order(a) <= _order(b) else (b, a)
 
 
-def refusals(scene: Any) -> list[Mistake]:
-    """Returns what responses of a scene refuse in it; one that is not installed here is for who runs it."""
+def refusals(scene: Any, given: Any = None) -> list[Mistake]:
+    """Returns what responses of a scene refuse in it, with the places of the rules that are ``given``, if
+    those are of a file; one that is not installed here is for who runs it."""
     found: dict[str, Mistake] = {}
+    written = [rule for rule in given if isinstance(rule, Rule)] if isinstance(given, tuple) else []
+    places = {_ordered(*rule.between): rule.where for rule in reversed(written)}
     for pair, response in scene.responses:
         if response.name not in (ELASTIC, PASS):
             from kinetile.plugin.calling import calling
@@ -292,7 +307,8 @@ def refusals(scene: Any) -> list[Mistake]:
                 with calling("response", response.name, "prepare"):
                     registry().target("response", response.name)(**response.options).prepare(scene)
             except Refused as error:
-                mistake = Mistake(f"responses[{pair!r}]", repr(response), str(error))
+                where = places.get(pair, f"responses[{pair!r}]")
+                mistake = Mistake(where, str(response), str(error))
                 found.setdefault(repr(response), mistake)
             except KinetileError:  # a run says it, where it is one
                 continue
@@ -305,9 +321,13 @@ def settles(response: Response) -> bool:
 
 
 def table(
-    kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
+    kinds: Sequence[Kind],
+    rules: Iterable[tuple[Pair, Response]],
+    mistakes: list[Mistake] | None = None,
+    places: Mapping[Pair, str] | None = None,
 ) -> list[list[Response]]:
-    """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict."""
+    """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict, which
+    have ``places``."""
     message = dict(rules)
     elastic = Response(ELASTIC)
     usual, walls = message.get((ANY, ANY), elastic), message.get((ANY, WALL), elastic)
@@ -323,6 +343,6 @@ def table(
         some = [(kind, response) for kind, response in zip(kinds, own, strict=True) if response]
         for (a, one), (b, two) in permutations(some, 2):
             if one != two and (a, b) not in message and _order(a) < _order(b):
-                where, what = f"responses[{(a, b)!r}]", f"nothing, {one!r} and {two!r} by their kinds"
-                mistakes.append(Mistake(where, what, "a response for these two"))
+                where = " and ".join((places or {})[_ordered(each, ANY)] for each in (a, b))
+                mistakes.append(Mistake(where, f"{one} and {two}", f"a response for {a!r} and {b!r}"))
     return rows
