@@ -25,7 +25,7 @@ def cradle():
 @pytest.fixture
 def log(cradle, tmp_path):
     path = tmp_path / "contacts.txt"
-    write_contacts(path, cradle.contacts, cradle.fingerprint)
+    write_contacts(path, cradle.contacts, cradle.fingerprint, (1.0, 0.0))
     return path
 
 
