@@ -120,7 +120,7 @@ def show(*parts: Any) -> None:
             text = isinstance(part, str)
             console.print(legible(part) if text else part, soft_wrap=text)
     lines = [line.rstrip() for line in captured.get().splitlines()]
-    put("\n".join(lines).strip("\n") + "\n")
+    put("\n".join(lines).strip("\n") + "\n" if parts else "")
 
 
 def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], shared: int = 0) -> Table:
