@@ -210,7 +210,6 @@ def _certifier(
 
     end = cli.until_or_default(scene, until, max_contacts)
     fingerprint: str | None = None
-    clock = scene.time_unit, scene.start
     with file_errors(f"the log {log!r} cannot be read"):
         if within is not None:
             lines = sys.stdin if log == "-" else open_regular(log)
@@ -220,7 +219,7 @@ def _certifier(
                 raise BadOption(f"{log}: {error}; expected lines 'time a b'") from error
             return LogCertifier(scene, timed, end, max_contacts=max_contacts, within=within)
         if log == "-":
-            rows, fingerprint = read_contacts(sys.stdin, "standard input", clock)
+            rows, fingerprint = read_contacts(sys.stdin, "standard input")
         else:
             with open_regular(log) as file:
                 is_recorded = file.read(len(SIGNATURE)).startswith((_PARQUET, SIGNATURE))
@@ -229,8 +228,7 @@ def _certifier(
                 rows, end = _read_events(log, scene, end if given else None)
             else:
                 with TextIOWrapper(open_regular(log), encoding="utf-8", errors="replace") as lines:
-                    each = iter(lambda: lines.readline(_LONGEST), "")
-                    rows, fingerprint = read_contacts(each, log, clock)
+                    rows, fingerprint = read_contacts(iter(lambda: lines.readline(_LONGEST), ""), log)
     return LogCertifier(scene, rows, end, max_contacts=max_contacts, fingerprint=fingerprint)
 
 

@@ -76,7 +76,7 @@ def _one_form(context: typer.Context, param: typer.CallbackParam, chosen: bool) 
 
 Json = Annotated[bool, flag("Print the result as JSON.", "--json", callback=_one_form)]
 Csv = Annotated[bool, flag("Print the rows as CSV, with every digit.", "--csv", callback=_one_form)]
-Quiet = Annotated[bool, flag("Print nothing but errors.", "--quiet", "-q", callback=_one_form)]
+Quiet = Annotated[bool, flag("Print no result.", "--quiet", "-q", callback=_one_form)]
 Verbose = Annotated[
     bool,
     flag(

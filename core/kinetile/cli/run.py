@@ -35,11 +35,7 @@ def run(
     max_contacts: cli.MaxContacts = None,
     events: Annotated[Path | None, cli.option("Write every event to a new file, .parquet.", "FILE")] = None,
     contacts: Annotated[
-        Path | None,
-        cli.option(
-            "Write the contacts to a new text file: epoch tick a b a line; -: to stdout, without the result.",
-            "FILE|-",
-        ),
+        Path | None, cli.option("Write the contacts, epoch tick a b, to a new file; -: to stdout.", "FILE|-")
     ] = None,
     encounters: Annotated[
         Path | None,
@@ -75,9 +71,7 @@ def run(
 
         on_stdout = contacts == Path("-")
         if on_stdout and (json or csv or explain):
-            raise BadOption(
-                "--contacts - prints contacts and no result: no --json, --csv, --explain beside it"
-            )
+            raise BadOption("--contacts - prints contacts alone: no --json, --csv, --explain beside it")
         written = {"--events": events, "--contacts": None if on_stdout else contacts}
         written |= {"--checkpoint": checkpoint, "--encounters": encounters}
         if encounters is not None and checkpoint is not None:
@@ -115,7 +109,7 @@ def run(
             from kinetile.explanation import explanation_lines
 
             found = simulation.explain()
-            if not (printed(found, [found], json=json, csv=csv) or quiet):
+            if not printed(found, [found], json=json, csv=csv):
                 echo("\n".join(explanation_lines(found)))
             return
         chosen = [simulation.broad_phase, *simulation.narrow_phases]
@@ -134,9 +128,7 @@ def run(
             contacts=contacts,
             encounters=encounters,
             verbose=verbose,
-            json=json,
-            csv=csv,
-            quiet=quiet or on_stdout,
+            prints=lambda it: on_stdout or quiet or printed(it, [it], json=json, csv=csv),
             observe=wanted,
             observe_to=observe_to,
         )
@@ -202,9 +194,7 @@ def resume(
             recorder=recorder,
             checkpoint=saves,
             verbose=verbose,
-            json=json,
-            csv=csv,
-            quiet=quiet,
+            prints=lambda it: quiet or printed(it, [it], json=json, csv=csv),
             observe=simulation.observed if goes_on else begun,
             observe_to=observe_to,
         )

@@ -18,7 +18,7 @@ import typer
 
 from kinetile.cli.files import file_errors
 from kinetile.cli.observed import observed_table, write_observed
-from kinetile.cli.output import printed, scene_summary, show, show_labels
+from kinetile.cli.output import scene_summary, show, show_labels
 from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice, put
 from kinetile.errors import BadOption, RecordError, Refused
 from kinetile.plugin.choices import called
@@ -53,32 +53,28 @@ def run_to_end(
     *,
     recorder: EventRecorder | None,
     checkpoint: Checkpoint | None,
-    json: bool,
-    csv: bool,
-    quiet: bool,
+    prints: Callable[[Any], bool],
     verbose: bool = False,
     contacts: Path | None = None,
     encounters: Path | None = None,
     observe: Sequence[str] | Observed = (),
     observe_to: Path | None = None,
 ) -> None:
-    """Runs, writes the contacts and what is observed if requested, and prints the result, unless ``quiet``;
-    raises typer.Exit if it ended badly. ``requested`` is the end, its contacts counted from the start of the
-    run; ``max_contacts`` is the number of further ones."""
+    """Runs, writes the contacts and what is observed if requested, and prints the result, unless ``prints``
+    has done so; raises typer.Exit if it ended badly. ``requested`` is the end, its contacts counted from the
+    start of the run; ``max_contacts`` is the number of further ones."""
     rows = None if encounters is None or recorder is not None else list[Any]()
-    ready = (lambda: simulation.compile()) if quiet else (lambda: make_ready(simulation))
-    until = requested["until"]
-    ending = _carry_out(simulation, recorder, until, max_contacts, checkpoint, observe, rows, ready)
+    ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe, rows)
     if contacts is not None:
         from kinetile.records.contacts import contact_lines, write_contacts
 
-        clock = simulation.time_unit, simulation.scene.start
+        what = simulation.contacts, simulation.fingerprint, (simulation.time_unit, simulation.scene.start)
         if contacts == Path("-"):
-            for text in contact_lines(simulation.contacts, simulation.fingerprint, clock):
+            for text in contact_lines(*what):
                 put(text)
         else:
             try:
-                write_contacts(contacts, simulation.contacts, simulation.fingerprint, clock)
+                write_contacts(contacts, *what)
             except OSError as error:
                 ending = RunEnd(ending.status, FAULT, f"--contacts {contacts}: {error.strerror or error}")
     if encounters is not None:
@@ -86,7 +82,7 @@ def run_to_end(
             _write_encounters(encounters, simulation, recorder, rows)
     found = _result(simulation, recorder, requested, ending.status)
     try:
-        if not (printed(found, [found], json=json, csv=csv) or quiet):
+        if not prints(found):
             show_labels(_lines(found, simulation.scene, verbose))
             if observe:
                 show(observed_table(simulation.observed))
@@ -106,7 +102,6 @@ def _carry_out(
     checkpoint: Checkpoint | None,
     observe: Sequence[str] | Observed,
     rows: list[Any] | None,
-    ready: Callable[[], object],
 ) -> RunEnd:
     """Runs, saves if requested, and always closes the events file; without one ``rows`` get the events."""
     saved = ""
@@ -126,7 +121,7 @@ def _carry_out(
                         checkpoint.save_if_due()
 
                 try:
-                    ready()
+                    make_ready(simulation)
                     simulation.run(
                         until,
                         max_contacts=max_contacts,

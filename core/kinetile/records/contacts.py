@@ -20,9 +20,6 @@ CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
 """A line of such a list; it need not be a real contact."""
 
 _PRINT = re.compile(r"fingerprint\s+([0-9a-f]{64})")
-_CLOCK = re.compile(
-    r"unit (NUMBER) start (NUMBER)".replace("NUMBER", r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?")
-)
 _AT_ONCE = 1 << 16  # rows by columns are written in half the time of rows by rows
 
 
@@ -33,11 +30,8 @@ class ContactLines(NamedTuple):
     fingerprint: str | None
 
 
-def read_contacts(
-    lines: Iterable[str], source: str, clock: tuple[float, float] | None = None
-) -> ContactLines:
-    """Reads a list of contacts; BadOption, with ``source`` and the line, for an invalid one, and for one of a
-    clock of another unit and start than ``clock``."""
+def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
+    """Reads a list of contacts; BadOption, with ``source`` and the line, for an invalid one."""
     fingerprint: str | None = None
 
     def contacts() -> Iterator[tuple[int, ...]]:
@@ -54,11 +48,7 @@ def read_contacts(
                 )
             elif found := _PRINT.fullmatch(text):
                 fingerprint = found[1]
-            elif found := _CLOCK.fullmatch(text):
-                if clock is not None and (float(found[1]), float(found[2])) != clock:
-                    wanted = f"unit {clock[0]!r} start {clock[1]!r}, the clock of this scene"
-                    raise BadOption(f"{source}, line {number}: found {shown(text)}; expected {wanted}")
-            else:
+            elif not text.startswith("unit "):
                 yield _numbers(text, source, number)
 
     return ContactLines(np.fromiter(contacts(), CONTACT_LINE), fingerprint)
@@ -78,7 +68,7 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
 
 
 def write_contacts(
-    path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str, clock: tuple[float, float]
+    path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str, clock: str
 ) -> None:
     """Writes the text of ``contact_lines``. Raises OSError if impossible; then an existing file stays."""
     with replacing(path) as file:
@@ -86,8 +76,8 @@ def write_contacts(
 
 
 def contact_lines(contacts: NDArray[Any], fingerprint: str, clock: tuple[float, float]) -> Iterator[str]:
-    """Yields the text of a list of contacts (rows with epoch, tick, a, b), many lines at once, then the
-    unit and the start of the ``clock``, and their fingerprint."""
+    """Yields the text of a list of contacts (rows with epoch, tick, a, b), many lines at once, then the unit and
+    the start of the ``clock``, and their fingerprint."""
     for first in range(0, len(contacts), _AT_ONCE):
         some = contacts[first : first + _AT_ONCE]
         columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]

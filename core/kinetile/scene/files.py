@@ -39,7 +39,7 @@ from kinetile.scene.schema import (
 )
 from kinetile.scene.settings import Settings, check_end
 from kinetile.scene.shapes import Bools, Ints, Obstacle, Shape, polyline, read_shape, shape_row
-from kinetile.scene.values import VALUES, is_list
+from kinetile.scene.values import VALUES
 from kinetile.targets import write_file
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -151,7 +151,8 @@ class _File:
         odd = self._odd()
         for key in self.tables:
             beside = key in ("arena", "periodic", "gravity", "start", "bodies", "unit", "shapes")
-            if key in taken and (beside or key in odd) and not is_list(self.tables[key], _is_table):
+            tables = key == "bodies" and isinstance(self.tables[key], list)
+            if key in taken and (beside or key in odd) and not tables:
                 wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
                 self._instead(key, f"{key} beside a recipe", wanted)
             elif beside:
@@ -419,10 +420,6 @@ class _File:
             elif not any(each.startswith(f"{where}.") for each in odd):
                 found += [Rule(where, *rule) for rule in response.for_all.items()]
         return found
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, dict)
 
 
 def _key(key: str) -> str:

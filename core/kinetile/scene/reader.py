@@ -90,13 +90,15 @@ class FilePlaces(NamedTuple):
 
     def written(self, mistake: Mistake) -> Mistake:
         """Returns a mistake with its place in the file, where a body goes by the word of its action."""
-        command, _, field = mistake.where.rpartition(".")
+        where, (command, _, field) = mistake.where, mistake.where.rpartition(".")
         action = (self.commands or {}).get(command, "")
-        if self.commands is not None and mistake.where.startswith("names["):
-            return mistake._replace(where=f"bodies{mistake.where.removeprefix('names')}.name")
         if action == "insert" and field not in ("time", "at"):
-            return mistake._replace(where=f"{command}.insert.{field}")
-        return mistake._replace(where=f"{command}.{action}") if action and field == "body" else mistake
+            where = f"{command}.insert.{field}"
+        elif action and field == "body":
+            where = f"{command}.{action}"
+        elif self.commands is not None and where.startswith("names["):
+            where = f"bodies{where.removeprefix('names')}.name"
+        return mistake._replace(where=where)
 
 
 NO_FILE = FilePlaces()
@@ -106,7 +108,7 @@ NO_FILE = FilePlaces()
 def fill(scene: Any, given: Given, places: FilePlaces) -> None:
     """Gives a scene its values; SceneError with every mistake, and for what its responses refuse."""
     vars(scene).update(read_scene(given, places))
-    _raise(refusals(scene, given.responses), places)
+    _raise(refusals(scene), places)
 
 
 def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:

@@ -57,8 +57,7 @@ class Response:
         return hash((self.name, tuple(sorted(self.options))))
 
     def __str__(self) -> str:
-        """The response as messages name it, of arguments and of files."""
-        return called(f"{self.name!r}", self.options)
+        return called(repr(self.name), self.options)  # in messages, of files as well
 
     def __repr__(self) -> str:
         options = "".join(f", {name}={value!r}" for name, value in sorted(self.options.items()))
@@ -120,21 +119,17 @@ def read_rules(
     later = [(where, as_kind(name), new) for where, name, new in coming if is_kind(name)]
     kinds = all_kinds or kinds_that_follow(each, ((name, new) for _, name, new in later), rules)
     known = dict.fromkeys(kinds)
-    if all_kinds or complete:
-        what = "which is none of the kinds that the scene declares"
-        also = ""
-        if not all_kinds:  # by a change alone, without a rule, a misspelt kind would be one more
-            what, also = "the kind of no other body and of no rule", " (kinds=[...] declares more)"
-        there = enumerate(each if all_kinds else ())
-        changes = ((where, name) for where, name, _ in later)
-        for where, name in [*((f"bodies[{at}].kind", name) for at, name in there), *changes]:
-            if name not in known:
-                right = one_of(str(name), map(str, kinds)) + also
-                mistakes.append(Mistake(where, f"{name!r}, {what}", right))
-                known[name] = None
+    what = "which is none of the kinds that the scene declares"
+    there = [(f"bodies[{at}].kind", name, True) for at, name in enumerate(each)] if all_kinds else []
+    if not all_kinds:  # a misspelt kind of a change would be one more
+        what = "the kind of no other body and of no rule (kinds=[...] declares more)"
+    for where, name, _ in [*there, *later] if all_kinds or complete else ():
+        if name not in known:
+            mistakes.append(Mistake(where, f"{name!r}, {what}", one_of(str(name), map(str, kinds))))
+            known[name] = None
     if complete:
         mistakes += _unused(rules, places, known)
-    rows = table(kinds, rules, mistakes, places)
+    rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
     return SceneRules(kinds, number, rules, np.array([[each.name == PASS for each in row] for row in rows]))
@@ -292,12 +287,9 @@ def _ordered(a: Kind, b: Kind) -> Pair:
     return (a, b) if _order(a) <= _order(b) else (b, a)
 
 
-def refusals(scene: Any, given: Any = None) -> list[Mistake]:
-    """Returns what responses of a scene refuse in it, with the places of the rules that are ``given``, if
-    those are of a file; one that is not installed here is for who runs it."""
+def refusals(scene: Any) -> list[Mistake]:
+    """Returns what responses of a scene refuse in it; one that is not installed here is for who runs it."""
     found: dict[str, Mistake] = {}
-    written = [rule for rule in given if isinstance(rule, Rule)] if isinstance(given, tuple) else []
-    places = {_ordered(*rule.between): rule.where for rule in reversed(written)}
     for pair, response in scene.responses:
         if response.name not in (ELASTIC, PASS):
             from kinetile.plugin.calling import calling
@@ -307,8 +299,7 @@ def refusals(scene: Any, given: Any = None) -> list[Mistake]:
                 with calling("response", response.name, "prepare"):
                     registry().target("response", response.name)(**response.options).prepare(scene)
             except Refused as error:
-                where = places.get(pair, f"responses[{pair!r}]")
-                mistake = Mistake(where, str(response), str(error))
+                mistake = Mistake(f"responses[{pair!r}]", str(response), str(error))
                 found.setdefault(repr(response), mistake)
             except KinetileError:  # a run says it, where it is one
                 continue
@@ -321,13 +312,9 @@ def settles(response: Response) -> bool:
 
 
 def table(
-    kinds: Sequence[Kind],
-    rules: Iterable[tuple[Pair, Response]],
-    mistakes: list[Mistake] | None = None,
-    places: Mapping[Pair, str] | None = None,
+    kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
 ) -> list[list[Response]]:
-    """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict, which
-    have ``places``."""
+    """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict."""
     message = dict(rules)
     elastic = Response(ELASTIC)
     usual, walls = message.get((ANY, ANY), elastic), message.get((ANY, WALL), elastic)
@@ -343,6 +330,6 @@ def table(
         some = [(kind, response) for kind, response in zip(kinds, own, strict=True) if response]
         for (a, one), (b, two) in permutations(some, 2):
             if one != two and (a, b) not in message and _order(a) < _order(b):
-                where = " and ".join((places or {})[_ordered(each, ANY)] for each in (a, b))
-                mistakes.append(Mistake(where, f"{one} and {two}", f"a response for {a!r} and {b!r}"))
+                where, what = f"responses[{(a, b)!r}]", f"nothing, {one} and {two} by their kinds"
+                mistakes.append(Mistake(where, what, "a response for these two"))
     return rows

@@ -136,8 +136,7 @@ def choose(
     with Bar("measuring") as bar:
         chosen = None if phases is None else cli.some_phases(phases)
         this_scene = cli.find_scene(scene, parameters)
-        own = this_scene.settings.until
-        end = None if until is None else cli.until_or_default(this_scene, until, None)
+        end, own = until and cli.until_or_default(this_scene, until, None), this_scene.settings.until
         if end is not None and own is not None and end > own:
             notice(f"kinetile: --until {end!r} is after the scene's own end, {own!r}")
         how: Any = {"until": end, "seconds": seconds, "repeats": repeats}

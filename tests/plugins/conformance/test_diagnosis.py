@@ -147,12 +147,12 @@ def test_other_rows_are_told_by_the_check_and_its_words(row, check, words):
 @pytest.mark.parametrize(
     ("row", "words"),
     [
-        ("response-writes", "at the start respond wrote bodies.x; there are 2"),
+        ("response", "at the start respond wrote bodies.x; there are 2"),
         (
-            "response-alone",
+            "response",
             "body 0 and body 1 leave with [1.0]; with the two exchanged, body 1 and body 0 leave",
         ),
-        ("response-energy", "a meeting of body 0 and body 1 adds 1e-07 of energy"),
+        ("response", "a meeting of body 0 and body 1 adds 1e-07 of energy"),
         ("division", "respond raised ZeroDivisionError: float division by zero"),
         ("", "contact 4 is missing: body 0 with body 1"),
     ],
