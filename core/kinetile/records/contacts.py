@@ -48,7 +48,7 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
                 )
             elif found := _PRINT.fullmatch(text):
                 fingerprint = found[1]
-            elif not text.startswith("unit "):
+            elif not text.startswith("unit "):  # it is for readers who compute times
                 yield _numbers(text, source, number)
 
     return ContactLines(np.fromiter(contacts(), CONTACT_LINE), fingerprint)
@@ -67,19 +67,23 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
     return found
 
 
+UnitAndStart = tuple[float, float]
+"""The unit and the start of a clock."""
+
+
 def write_contacts(
-    path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str, clock: str
+    path: str | os.PathLike[str], contacts: NDArray[Any], digest: str, clock: UnitAndStart
 ) -> None:
     """Writes the text of ``contact_lines``. Raises OSError if impossible; then an existing file stays."""
     with replacing(path) as file:
-        file.writelines(text.encode() for text in contact_lines(contacts, fingerprint, clock))
+        file.writelines(text.encode() for text in contact_lines(contacts, digest, clock))
 
 
-def contact_lines(contacts: NDArray[Any], fingerprint: str, clock: tuple[float, float]) -> Iterator[str]:
-    """Yields the text of a list of contacts (rows with epoch, tick, a, b), many lines at once, then the unit and
-    the start of the ``clock``, and their fingerprint."""
+def contact_lines(contacts: NDArray[Any], digest: str, clock: UnitAndStart) -> Iterator[str]:
+    """Yields the text of a list of contacts (rows with the fields epoch, tick, a, b), many lines at once, and
+    behind them the clock and the fingerprint."""
     for first in range(0, len(contacts), _AT_ONCE):
         some = contacts[first : first + _AT_ONCE]
         columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
         yield "".join(f"{e} {t} {a} {b}\n" for e, t, a, b in zip(*columns, strict=True))
-    yield f"unit {clock[0]!r} start {clock[1]!r}\nfingerprint {fingerprint}\n"
+    yield f"unit {clock[0]!r} start {clock[1]!r}\nfingerprint {digest}\n"
