@@ -139,7 +139,7 @@ def test_a_session_in_a_shell(tmp_path):
         text=True,
     )
     assert done.returncode == 0, done.stderr
-    right, _, clock, print_, rows, same, fault = done.stdout.splitlines()
+    right, _, print_, clock, rows, same, fault = done.stdout.splitlines()
     assert right == "standard input: all lines are right: 9, to time 3.0"
     assert (clock, print_[:12], rows.strip()) == ("unit 1.0 start 0.0", "fingerprint ", "3")
     assert same == "identical: 9 contacts, the end and every body's state agree bit for bit"

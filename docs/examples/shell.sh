@@ -3,7 +3,7 @@
 set -e
 cd "$(mktemp -d)"
 
-# Contacts to a program that reads lines; the last two lines are the clock and the fingerprint.
+# Contacts to a program that reads lines; the last two lines are the fingerprint and the clock.
 kinetile run cradle --until 3 --contacts - | tee contacts.txt | kinetile certify-log cradle - --until 3
 tail -n 2 contacts.txt | cut -c 1-30
 

@@ -1,6 +1,6 @@
 """Lists of contacts as plain text, from any program: one line each, "epoch tick a b" (rule 10 of
-docs/specification.md), and perhaps at the end "unit U start S", of the clock, so that a time is
-S + (epoch + tick * 2**-52) * U, and "fingerprint" with 64 hexadecimal digits: the digest of the contacts."""
+docs/specification.md), and perhaps at the end "fingerprint" with 64 hexadecimal digits, the digest of the
+contacts, and "unit U start S", of the clock, so that a time is S + (epoch + tick * 2**-52) * U."""
 
 from __future__ import annotations
 
@@ -42,13 +42,15 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
                 blank = blank or number
             elif blank:
                 raise BadOption(f"{source}, line {blank}: found nothing; expected a contact, epoch tick a b")
+            elif text.startswith("unit "):  # it is for readers who compute times
+                continue
             elif fingerprint is not None:
                 raise BadOption(
                     f"{source}, line {number}: found {shown(text)} after the fingerprint; expected nothing"
                 )
             elif found := _PRINT.fullmatch(text):
                 fingerprint = found[1]
-            elif not text.startswith("unit "):  # it is for readers who compute times
+            else:
                 yield _numbers(text, source, number)
 
     return ContactLines(np.fromiter(contacts(), CONTACT_LINE), fingerprint)
@@ -81,9 +83,9 @@ def write_contacts(
 
 def contact_lines(contacts: NDArray[Any], digest: str, clock: UnitAndStart) -> Iterator[str]:
     """Yields the text of a list of contacts (rows with the fields epoch, tick, a, b), many lines at once, and
-    behind them the clock and the fingerprint."""
+    behind them the fingerprint and the clock."""
     for first in range(0, len(contacts), _AT_ONCE):
         some = contacts[first : first + _AT_ONCE]
         columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
         yield "".join(f"{e} {t} {a} {b}\n" for e, t, a, b in zip(*columns, strict=True))
-    yield f"unit {clock[0]!r} start {clock[1]!r}\nfingerprint {digest}\n"
+    yield f"fingerprint {digest}\nunit {clock[0]!r} start {clock[1]!r}\n"

@@ -117,7 +117,7 @@ def test_contacts_go_to_stdout_and_have_the_unit_of_the_clock(tmp_path, monkeypa
     Path("late.toml").write_text(dumps_scene(kt.make_scene("cradle").replace(start=8.0, unit=0.25)), "utf-8")
     line = "late.toml --until 11"
     text = kinetile(f"run {line} --contacts -", code=0).stdout
-    *contacts, clock, fingerprint = text.splitlines()
+    *contacts, fingerprint, clock = text.splitlines()
     assert not Path("-").exists()
     assert (len(contacts), clock, fingerprint[:12]) == (9, "unit 0.25 start 8.0", "fingerprint ")
     assert kinetile("certify-log late.toml - --until 11", stdin=text, code=0)
