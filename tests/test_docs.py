@@ -36,6 +36,7 @@ from typer.testing import CliRunner
 import kinetile as kt
 from installing import install
 from kinetile.cli import app
+from kinetile.scene.schema import _FILE, Table
 from registering import remove
 
 ROOT = Path(__file__).parents[1]
@@ -240,6 +241,16 @@ def test_links_lead_somewhere(page):
             headings = re.findall(r"^#+ (.+)$", found.read_text(encoding="utf-8"), re.MULTILINE)
             anchors = {re.sub(r"[^\w\- ]", "", each).lower().replace(" ", "-") for each in headings}
             assert anchor in anchors, f"{page.name} links to {target}; there are {sorted(anchors)}"
+
+
+def test_all_keys_of_a_scene_file_stand_on_one_page():
+    def keys(table):
+        for name, field in table.keys.items():
+            yield name
+            yield from keys(field) if isinstance(field, Table) else ()
+
+    shown = (DOCS / "scenes.md").read_text(encoding="utf-8").partition("All keys:")[2].partition("`save_")[0]
+    assert {*re.findall(r"`\[?\[?([\w.-]+)", shown)} >= {*keys(_FILE)}
 
 
 WORDS, MOST_PAGES = 49_000, 25

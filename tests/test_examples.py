@@ -1,6 +1,9 @@
 """Programs of docs/examples: they play to the end, and their own comparisons hold."""
 
+import os
 import runpy
+import subprocess
+import sys
 from itertools import combinations, pairwise
 from pathlib import Path
 
@@ -137,3 +140,24 @@ def test_a_player_lands_on_each_platform_and_takes_all_coins():
     again = kt.Simulation(sim.recorded(), "sap-1d")
     again.run()
     assert again.fingerprint == sim.fingerprint
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a script of POSIX shells")
+def test_a_session_in_a_shell(tmp_path):
+    command = tmp_path / "kinetile"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m kinetile "$@"\n')
+    command.chmod(0o755)
+    paths = {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "TMPDIR": str(tmp_path)}
+    done = subprocess.run(
+        ["sh", ROOT / "docs/examples/shell.sh"],
+        env={**os.environ, **paths, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    right, _, print_, clock, rows, same, fault = done.stdout.splitlines()
+    assert right == "standard input: all lines are right: 9, to time 3.0"
+    assert (clock, print_[:12], rows.strip()) == ("unit 1.0 start 0.0", "fingerprint ", "3")
+    assert same == "identical: 9 contacts, the end and every body's state agree bit for bit"
+    assert fault == "no fault"

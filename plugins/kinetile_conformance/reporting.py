@@ -22,7 +22,8 @@ SYMPTOMS: dict[str, dict[str, Any]] = tomllib.loads(
     Path(__file__).with_name("symptoms.toml").read_text(encoding="utf-8")
 )
 """What is ``often`` wrong where one of these ``checks`` (none: any) fails in words in which the regular
-expression ``pattern`` is found, the more particular rows first: the same few mistakes cause most symptoms."""
+expression ``pattern`` is found, of ``kinds`` (none: broad), the more particular rows first: the same few
+mistakes cause most symptoms."""
 
 
 SLIP = re.compile(r" raised (NameError|UnboundLocalError|AttributeError|TypeError): ")
@@ -197,15 +198,18 @@ class Report:
         return [*result.said.splitlines(), *lines.splitlines()]
 
 
-def likely(check: str, text: str) -> str:
-    """Returns what authors usually did wrong where this check says so; "" where no row applies."""
+def likely(check: str, text: str, kind: str = "broad") -> str:
+    """Returns what authors of this kind of thing, broad, pair or response, usually did wrong where this check
+    says so; "" where no row applies."""
     rows = (row for row in SYMPTOMS.values() if check in row.get("checks", [check]))
-    return next((row["often"] for row in rows if re.search(row["pattern"], text)), "")
+    own = (row for row in rows if kind in row.get("kinds", ["broad"]))
+    return next((row["often"] for row in own if re.search(row["pattern"], text)), "")
 
 
 def diagnosed(check: str, text: str, subject: Subject) -> list[str]:
     """Returns the line that ends such a failure, if there is one: a guess from experience."""
-    often = likely(check, text) if subject.pair is None else ""
+    kind = "response" if subject.response else "broad" if subject.pair is None else "pair"
+    often = likely(check, text, kind)
     return [f"{OFTEN}{often}"] if often else []
 
 

@@ -88,19 +88,20 @@ class Restitution:
     """
 
     def __init__(self, e: float, contact_time: float | None = None, settle: float | None = None) -> None:
+        wrong = []
         if not is_finite(e) or not 0.0 <= e <= 1.0:
-            raise BadOption(
-                f"restitution: e is {e!r}; expected a number from 0 to 1 (for more: a response of your own)"
+            wrong.append(f"e is {e!r}; expected a number from 0 to 1 (for more: a response of your own)")
+        elif e < 1.0 and not contact_time:
+            wrong.append(
+                f"e is {e!r} and there is no contact_time; without one infinitely many contacts can come in "
+                "a finite time: give one, 1e-4 of the mean time between contacts, in games 1e-3 s"
             )
         if contact_time is not None and (not is_finite(contact_time) or contact_time < 0.0):
-            raise BadOption(f"restitution: contact_time is {contact_time!r}; expected a length of time")
-        if e < 1.0 and not contact_time:
-            raise BadOption(
-                f"restitution: e is {e!r} and there is no contact_time; without one infinitely many contacts "
-                "can come in a finite time: give one, 1e-4 of the mean time between contacts, in games 1e-3 s"
-            )
+            wrong.append(f"contact_time is {contact_time!r}; expected a length of time")
         if settle is not None and (not is_finite(settle) or settle <= 0.0):
-            raise BadOption(f"restitution: settle is {settle!r}; expected a speed above 0")
+            wrong.append(f"settle is {settle!r}; expected a speed above 0")
+        if wrong:
+            raise BadOption("\n".join(f"restitution: {each}" for each in wrong))
         self.numbers = (float(e), float(contact_time or 0.0), float(settle or 0.0))
 
     def prepare(self, scene: Scene) -> ResponseParts:

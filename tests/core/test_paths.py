@@ -37,7 +37,7 @@ def test_scenes_and_simulations(named):
     sim = kt.Simulation(scene, "naive")
     sim.save(named("s.kt"))
     assert kt.resume(named("s.kt")).snapshot() == sim.snapshot()
-    write_contacts(named("c.txt"), sim.contacts, sim.fingerprint)
+    write_contacts(named("c.txt"), sim.contacts, sim.fingerprint, (1.0, 0.0))
 
 
 def test_event_files_and_views(named):

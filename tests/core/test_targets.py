@@ -64,7 +64,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
         "run grid -s bodies=4 --until 1 --broad-phase cells --observe pressure --overwrite --observe-to", path
     ),
     "case.toml": lambda path: save_case(FOUR, path, "wrong", Subject("cells", {})),
-    "c.txt": lambda path: write_contacts(path, run().contacts, "0" * 64),
+    "c.txt": lambda path: write_contacts(path, run().contacts, "0" * 64, (1.0, 0.0)),
     "f.xyz": lambda path: write_frames(path, FOUR, frames_of(run(), [1.0])),
     "v.html": lambda path: kt.view(run()).save(path, overwrite=True),
     "accuracy.json": report,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,7 +13,7 @@ from typer.core import TyperArgument, TyperGroup
 
 from kinetile.cli.files import file_errors
 from kinetile.errors import BadOption
-from kinetile.plugin.choices import read_assignments, read_option, read_phase, read_phases
+from kinetile.plugin.choices import read_assignments, read_option, read_phase, read_phases, read_value
 
 if TYPE_CHECKING:
     from kinetile.plugin.specs import Kind
@@ -20,16 +21,26 @@ if TYPE_CHECKING:
 
 
 def option(help: str, metavar: str, *names: str, least: float | None = None, **more: Any) -> Any:
-    """Returns an option of a command: its help, what stands for its value there, its names, and the least
-    number that it takes."""
+    """Returns an option of a command: its help, what stands for its value there (N or K for a whole
+    number, FILE or DIR for a path), its names, and the least number that it takes."""
 
     def checked(value: Any) -> Any:
-        if value is not None and not value >= least:
+        if least is not None and value is not None and not value >= least:
             raise typer.BadParameter(f"found {value:g}; expected {least:g} or more")
+        if metavar in ("FILE", "DIR") and value == Path("-"):
+            raise typer.BadParameter("found '-'; expected a path: --contacts - alone writes to stdout")
         return value
 
-    more |= {} if least is None else {"callback": checked}
+    more |= {"callback": checked, "parser": _whole if metavar in ("N", "K") else None} if metavar else {}
     return typer.Option(*names, metavar=metavar, help=help, **more)
+
+
+def _whole(text: Any) -> int:
+    """Returns the whole number of a text, which may be written 1e3."""
+    value = read_value(str(text))
+    if isinstance(value, bool) or not isinstance(value, int | float) or value % 1 != 0:
+        raise typer.BadParameter(f"found {text}; expected a whole number")
+    return int(value)
 
 
 def flag(help: str, *names: str, **more: Any) -> Any:
@@ -55,15 +66,17 @@ Until = Annotated[
 MaxContacts = Annotated[int | None, option("Stop after this number of contacts.", "N", least=0)]
 
 
-def _one_form(context: typer.Context, chosen: bool) -> bool:
-    """Refuses ``--json`` beside ``--csv``: whichever is read second finds the other."""
-    if chosen and (context.params.get("json") or context.params.get("csv")):
-        raise typer.BadParameter("--json beside --csv; expected one of the two")
+def _one_form(context: typer.Context, param: typer.CallbackParam, chosen: bool) -> bool:
+    """Refuses one form of the result beside another: whichever is read second finds the other."""
+    for other in ("json", "csv", "quiet"):
+        if chosen and context.params.get(other):
+            raise typer.BadParameter(f"--{other} beside {param.opts[0]}; expected one of the two")
     return chosen
 
 
 Json = Annotated[bool, flag("Print the result as JSON.", "--json", callback=_one_form)]
 Csv = Annotated[bool, flag("Print the rows as CSV, with every digit.", "--csv", callback=_one_form)]
+Quiet = Annotated[bool, flag("Print no result.", "--quiet", "-q", callback=_one_form)]
 Verbose = Annotated[
     bool,
     flag(
@@ -183,12 +196,12 @@ def some_phases(text: str) -> list[tuple[str, dict[str, Any]]]:
 
 def read_numbers(text: str, kind: type, where: str) -> list[Any]:
     """Returns the numbers of a list with commas, at least one, each of a kind (int or float) and above 0."""
-    numbers = []
+    numbers: list[Any] = []
     what = "whole numbers" if kind is int else "numbers"
     for piece in filter(None, (piece.strip() for piece in text.split(","))):
         try:
-            numbers.append(kind(piece))
-        except ValueError:
+            numbers.append(_whole(piece) if kind is int else kind(piece))
+        except (ValueError, typer.BadParameter):
             numbers.append(0)
         if not numbers[-1] > 0:
             raise BadOption(f"{where}: found {piece!r}; expected {what} greater than 0, with commas between")

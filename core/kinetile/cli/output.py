@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from kinetile.cli.terminal import echo
+from kinetile.cli.terminal import echo, put
 from kinetile.errors import legible
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
     if json:
         echo(as_json(result))
     elif csv:
-        sys.stdout.write(legible(as_csv(rows)))
+        put(legible(as_csv(rows)))
     return json or csv
 
 
@@ -120,7 +120,7 @@ def show(*parts: Any) -> None:
             text = isinstance(part, str)
             console.print(legible(part) if text else part, soft_wrap=text)
     lines = [line.rstrip() for line in captured.get().splitlines()]
-    sys.stdout.write("\n".join(lines).strip("\n") + "\n")
+    put("\n".join(lines).strip("\n") + "\n" if parts else "")
 
 
 def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], shared: int = 0) -> Table:
@@ -167,6 +167,7 @@ def show_labels(lines: Iterable[tuple[str, str]]) -> None:
     wide = get_terminal_size().columns - width if sys.stdout.isatty() else _ENDLESS
     for label, text in zip(labels, texts, strict=True):
         first, *more = wrap(text, max(wide, 1)) or [""]
-        typer.echo(typer.style(f"{label:{width}}", bold=True) + first)
+        head = f"{label:{width}}"
+        put((typer.style(head, bold=True) if sys.stdout.isatty() else head) + first + "\n")
         for each in more:
-            typer.echo(" " * width + each)
+            put(" " * width + each + "\n")

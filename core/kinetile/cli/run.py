@@ -10,7 +10,7 @@ from kinetile.cli import options as cli
 from kinetile.cli import runner
 from kinetile.cli.files import PARQUET, check_ending, check_files, file_errors
 from kinetile.cli.observed import Observe, ObserveTo, read_observables
-from kinetile.cli.output import as_json
+from kinetile.cli.output import as_json, printed
 from kinetile.cli.terminal import echo, notice
 from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
@@ -35,7 +35,7 @@ def run(
     max_contacts: cli.MaxContacts = None,
     events: Annotated[Path | None, cli.option("Write every event to a new file, .parquet.", "FILE")] = None,
     contacts: Annotated[
-        Path | None, cli.option("Write the contacts to a new text file: epoch tick a b a line.", "FILE")
+        Path | None, cli.option("Write the contacts, epoch tick a b, to a new file; -: to stdout.", "FILE|-")
     ] = None,
     encounters: Annotated[
         Path | None,
@@ -59,6 +59,8 @@ def run(
     ] = None,
     verbose: cli.Verbose = False,
     json: cli.Json = False,
+    csv: cli.Csv = False,
+    quiet: cli.Quiet = False,
 ) -> None:
     """Run a scene and print what happened.
 
@@ -67,8 +69,11 @@ def run(
     with runner.only_writer(checkpoint):
         from kinetile.run.simulation import Simulation
 
-        written = {"--events": events, "--contacts": contacts, "--checkpoint": checkpoint}
-        written["--encounters"] = encounters
+        on_stdout = contacts == Path("-")
+        if on_stdout and (json or csv or explain):
+            raise BadOption("--contacts - prints contacts alone: no --json, --csv, --explain beside it")
+        written = {"--events": events, "--contacts": None if on_stdout else contacts}
+        written |= {"--checkpoint": checkpoint, "--encounters": encounters}
         if encounters is not None and checkpoint is not None:
             raise BadOption(
                 "--encounters is of one whole run, and a checkpoint is taken up by another one: expected "
@@ -104,8 +109,12 @@ def run(
             from kinetile.explanation import explanation_lines
 
             found = simulation.explain()
-            echo(as_json(found) if json else "\n".join(explanation_lines(found)))
+            if not printed(found, [found], json=json, csv=csv):
+                echo("\n".join(explanation_lines(found)))
             return
+        chosen = [simulation.broad_phase, *simulation.narrow_phases]
+        if idle := [each for each in this_scene.settings.options if each not in chosen]:
+            notice(f"kinetile: options of {', '.join(idle)} are not used: the phases are {', '.join(chosen)}")
         saves = None
         if checkpoint is not None:
             note = {**requested, "observe": wanted}
@@ -119,7 +128,7 @@ def run(
             contacts=contacts,
             encounters=encounters,
             verbose=verbose,
-            json=json,
+            prints=lambda it: on_stdout or quiet or printed(it, [it], json=json, csv=csv),
             observe=wanted,
             observe_to=observe_to,
         )
@@ -143,6 +152,8 @@ def resume(
     observe_to: ObserveTo = None,
     verbose: cli.Verbose = False,
     json: cli.Json = False,
+    csv: cli.Csv = False,
+    quiet: cli.Quiet = False,
 ) -> None:
     """Continue a run from its checkpoint, and go on saving it there.
 
@@ -183,7 +194,7 @@ def resume(
             recorder=recorder,
             checkpoint=saves,
             verbose=verbose,
-            json=json,
+            prints=lambda it: quiet or printed(it, [it], json=json, csv=csv),
             observe=simulation.observed if goes_on else begun,
             observe_to=observe_to,
         )

@@ -7,7 +7,7 @@ import csv
 import io
 import os
 import signal
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +18,8 @@ import typer
 
 from kinetile.cli.files import file_errors
 from kinetile.cli.observed import observed_table, write_observed
-from kinetile.cli.output import as_json, scene_summary, show, show_labels
-from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, echo, make_ready, notice
+from kinetile.cli.output import scene_summary, show, show_labels
+from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice, put
 from kinetile.errors import BadOption, RecordError, Refused
 from kinetile.plugin.choices import called
 from kinetile.targets import write_file
@@ -53,37 +53,42 @@ def run_to_end(
     *,
     recorder: EventRecorder | None,
     checkpoint: Checkpoint | None,
-    json: bool,
+    prints: Callable[[Any], bool],
     verbose: bool = False,
     contacts: Path | None = None,
     encounters: Path | None = None,
     observe: Sequence[str] | Observed = (),
     observe_to: Path | None = None,
 ) -> None:
-    """Runs, writes the contacts and what is observed if requested, and prints the result; raises typer.Exit
-    if it ended badly. ``requested`` is the end, its contacts counted from the start of the run;
-    ``max_contacts`` is the number of further ones."""
+    """Runs, writes the contacts and what is observed if requested, and prints the result, unless ``prints``
+    has done so; raises typer.Exit if it ended badly. ``requested`` is the end, its contacts counted from the
+    start of the run; ``max_contacts`` is the number of further ones."""
     rows = None if encounters is None or recorder is not None else list[Any]()
     ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe, rows)
     if contacts is not None:
-        from kinetile.records.contacts import write_contacts
+        from kinetile.records.contacts import contact_lines, write_contacts
 
-        try:
-            write_contacts(contacts, simulation.contacts, simulation.fingerprint)
-        except OSError as error:
-            ending = RunEnd(ending.status, FAULT, f"--contacts {contacts}: {error.strerror or error}")
+        what = simulation.contacts, simulation.fingerprint, (simulation.time_unit, simulation.scene.start)
+        if contacts == Path("-"):
+            for text in contact_lines(*what):
+                put(text)
+        else:
+            try:
+                write_contacts(contacts, *what)
+            except OSError as error:
+                ending = RunEnd(ending.status, FAULT, f"--contacts {contacts}: {error.strerror or error}")
     if encounters is not None:
         with file_errors(f"--encounters {encounters}"):
             _write_encounters(encounters, simulation, recorder, rows)
     found = _result(simulation, recorder, requested, ending.status)
-    if json:
-        echo(as_json(found))
-    else:
-        show_labels(_lines(found, simulation.scene, verbose))
-        if observe:
-            show(observed_table(simulation.observed))
-    if observe_to is not None:
-        write_observed(simulation.observed, observe_to)
+    try:
+        if not prints(found):
+            show_labels(_lines(found, simulation.scene, verbose))
+            if observe:
+                show(observed_table(simulation.observed))
+    finally:  # also where nobody reads the result
+        if observe_to is not None:
+            write_observed(simulation.observed, observe_to)
     if ending.code:
         notice(f"kinetile: {ending.message}")
         raise typer.Exit(ending.code)

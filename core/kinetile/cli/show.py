@@ -66,8 +66,10 @@ def draw(
 
         check_printing()
     this_scene = cli.find_scene(scene, parameters)
-    if at is not None and not this_scene.start <= at < float("inf"):
-        raise BadOption(f"--at is {at!r}; expected a time from the scene's start on, {this_scene.start!r}")
+    start, last = this_scene.start, this_scene.settings.until if until is None else None
+    if at is not None and not (start <= at < float("inf") and (last is None or at <= last)):
+        to = "" if last is None else f", to its end, {last!r}"
+        raise BadOption(f"--at is {at!r}; expected a time from the scene's start on, {start!r}{to}")
     name, options = cli.broad_choice(broad_phase, option)
 
     from kinetile.run.simulation import Simulation

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from io import TextIOWrapper
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
@@ -25,6 +26,7 @@ FAULT = 1
 DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
+UNREAD = 128 + getattr(signal, "SIGPIPE", 13)
 FAULTS = (*FAULTS_OF_RUNS, RecordError)
 """Errors of a run after a correct command."""
 
@@ -34,7 +36,13 @@ BAR_DELAY = 2.0
 
 def echo(text: str = "") -> None:
     """Prints a result to stdout, without the control characters that a text from elsewhere may have."""
-    typer.echo(legible(text))
+    put(legible(text) + "\n")
+
+
+def put(text: str) -> None:
+    """Writes to stdout, now. Click would change the encoding of a stream that is ASCII."""
+    sys.stdout.write(text)
+    sys.stdout.flush()
 
 
 def notice(text: str) -> None:
@@ -42,7 +50,8 @@ def notice(text: str) -> None:
     if sys.stderr is None:
         return
     try:
-        typer.echo(legible(text), err=True)
+        sys.stderr.write(legible(text) + "\n")
+        sys.stderr.flush()
     except OSError:
         _give_up(sys.stderr)
 
@@ -50,10 +59,14 @@ def notice(text: str) -> None:
 @contextmanager
 def results_on_stdout() -> Iterator[None]:
     """Within this context results are printed; where they cannot be, an error message and exit code 1 follow.
-    A closed stdout is reported before any work is done. A pipe whose reader has gone is no error."""
+    A closed stdout is reported before any work is done. Where the reader of a pipe has gone, nothing is said,
+    and the exit code is that of SIGPIPE, as of other programs. What an encoding lacks is escaped."""
     if sys.stdout is None:
         notice("kinetile: the result cannot be printed: stdout is closed")
         raise SystemExit(FAULT)
+    for stream, instead in ((sys.stdout, "backslashreplace"), (sys.stdin, "replace")):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors=instead)
     try:
         try:
             yield
@@ -61,9 +74,10 @@ def results_on_stdout() -> Iterator[None]:
             sys.stdout.flush()
     except OSError as error:
         _give_up(sys.stdout)
-        if not isinstance(error, BrokenPipeError):
-            what = "the result cannot be printed" if error.filename is None else str(error.filename)
-            notice(f"kinetile: {what}: {error.strerror or error}")
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(UNREAD) from error
+        what = "the result cannot be printed" if error.filename is None else str(error.filename)
+        notice(f"kinetile: {what}: {error.strerror or error}")
         raise SystemExit(FAULT) from error
 
 
@@ -88,6 +102,9 @@ def exit_codes() -> Iterator[None]:
             notice("kinetile: interrupted")
             number = error.args[0] if error.args else signal.SIGINT
             raise typer.Exit(128 + number) from error
+        except BrokenPipeError as error:  # Click would end with 1
+            _give_up(sys.stdout)
+            raise typer.Exit(UNREAD) from error
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:

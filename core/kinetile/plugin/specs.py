@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 
 import pluggy
 
-from kinetile.errors import BadPlugin, shown
+from kinetile.errors import BadPlugin, one_of, shown
 
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
@@ -100,7 +100,14 @@ class NarrowPhaseSpec(Spec):
 
 @dataclass(frozen=True)
 class ResponseSpec(Spec):
-    """A response: what happens at a contact. The fields, and the errors, are as in BroadPhaseSpec."""
+    """A response: what happens at a contact. The one feature that it may have is "dissipative"; the other
+    fields, and the errors, are as in BroadPhaseSpec."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for word in sorted({*self.features} - {"dissipative"}) if self.api == API_VERSION else ():
+            wanted = f"expected {one_of(word, ['dissipative'])}, or none"
+            raise BadPlugin(f"ResponseSpec {shown(self.name)}: features has {shown(word)}; {wanted}")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Lists of contacts as plain text, from any program: one line each, "epoch tick a b" (rule 10 of
-docs/specification.md), and perhaps "fingerprint" at the end, with 64 hexadecimal digits: the digest of the
-lines before it."""
+docs/specification.md), and perhaps at the end "fingerprint" with 64 hexadecimal digits, the digest of the
+contacts, and "unit U start S", of the clock, so that a time is S + (epoch + tick * 2**-52) * U."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
                 blank = blank or number
             elif blank:
                 raise BadOption(f"{source}, line {blank}: found nothing; expected a contact, epoch tick a b")
+            elif text.startswith("unit "):  # it is for readers who compute times
+                continue
             elif fingerprint is not None:
                 raise BadOption(
                     f"{source}, line {number}: found {shown(text)} after the fingerprint; expected nothing"
@@ -67,12 +69,23 @@ def _numbers(text: str, source: str, number: int) -> tuple[int, ...]:
     return found
 
 
-def write_contacts(path: str | os.PathLike[str], contacts: NDArray[Any], fingerprint: str) -> None:
-    """Writes a list of contacts (rows with the fields epoch, tick, a, b), and their fingerprint behind them.
-    Raises OSError if it cannot be written; then an existing file stays."""
+UnitAndStart = tuple[float, float]
+"""The unit and the start of a clock."""
+
+
+def write_contacts(
+    path: str | os.PathLike[str], contacts: NDArray[Any], digest: str, clock: UnitAndStart
+) -> None:
+    """Writes the text of ``contact_lines``. Raises OSError if impossible; then an existing file stays."""
     with replacing(path) as file:
-        for first in range(0, len(contacts), _AT_ONCE):
-            some = contacts[first : first + _AT_ONCE]
-            columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
-            file.writelines(f"{e} {t} {a} {b}\n".encode() for e, t, a, b in zip(*columns, strict=True))
-        file.write(f"fingerprint {fingerprint}\n".encode())
+        file.writelines(text.encode() for text in contact_lines(contacts, digest, clock))
+
+
+def contact_lines(contacts: NDArray[Any], digest: str, clock: UnitAndStart) -> Iterator[str]:
+    """Yields the text of a list of contacts (rows with the fields epoch, tick, a, b), many lines at once, and
+    behind them the fingerprint and the clock."""
+    for first in range(0, len(contacts), _AT_ONCE):
+        some = contacts[first : first + _AT_ONCE]
+        columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]
+        yield "".join(f"{e} {t} {a} {b}\n" for e, t, a, b in zip(*columns, strict=True))
+    yield f"fingerprint {digest}\nunit {clock[0]!r} start {clock[1]!r}\n"

@@ -539,7 +539,7 @@ def check_options(
     if not options:
         return
     known = [p for p in inspect.signature(phase).parameters if p != "self"] + [*common]
-    for option in options:
-        if option not in known:
-            wanted = key_of(str(option), known, options[option])
-            raise BadOption(f"{kind} {name!r} has no option {option!r}; expected {wanted}")
+    wanted = {each: key_of(str(each), known, options[each]) for each in options if each not in known}
+    wrong = [f"{kind} {name!r} has no option {each!r}; expected {wanted[each]}" for each in wanted]
+    if wrong:
+        raise BadOption("\n".join(wrong))

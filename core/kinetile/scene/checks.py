@@ -180,8 +180,8 @@ def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
 
 
 def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: Kind) -> list[Mistake]:
-    """Returns the options that what has this name, of one of these kinds, does not have, and those that it
-    needs; if there are none, why it cannot use a value. ``where`` is the place of the options."""
+    """Returns the options that what has this name, of one of these kinds, does not have, those that it needs,
+    and why it cannot use the values of the others. ``where`` is the place of the options."""
     from kinetile.plugin.calling import calling
     from kinetile.plugin.parameters import REQUIRED, parameters_of
     from kinetile.plugin.registry import registry
@@ -193,10 +193,11 @@ def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: K
         for key in (key for key in options if key not in known):
             wanted = key_of(key, known, options[key])
             mistakes.append(Mistake(f"{where}.{key}", "no option of this name", wanted))
-        needed = () if mistakes else (key for key in known if known[key] is REQUIRED and key not in options)
-        for key in needed:  # one that is misspelt is reported once
+        lacking = [key for key in known if known[key] is REQUIRED and key not in options]
+        for key in () if mistakes else lacking:  # one that is misspelt is reported once
             mistakes.append(Mistake(f"{where}.{key}", "nothing", "a value: it has no default"))
-        if not mistakes:
+        options = {key: options[key] for key in options if key in known}
+        if not lacking:
             with calling(kind, name, "its constructor"):
                 registry().target(kind, name)(**options)
     except KinetileError as error:

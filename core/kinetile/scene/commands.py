@@ -233,7 +233,8 @@ def shape_of(command: Any, where: str, table: Sequence[Shape], mistakes: list[Mi
             return None
         shape = table[shape]
     if not is_finite(command.radius) or command.radius not in (0.0, shape.reach):
-        mistakes.append(Mistake(f"{where}.radius", "a radius beside a shape", "one of the two"))
+        one = "one of the two: a shape has its own size"
+        mistakes.append(Mistake(f"{where}.radius", "a radius beside a shape", one))
     if not shape.is_solid and command.mass != math.inf:
         mistakes.append(Mistake(f"{where}.shape", *SEGMENTS))
     return cast(Shape, shape)
@@ -295,7 +296,7 @@ def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:
     each_axis = zip(command.position, extent.sides, extent.periods, (reaches[:2], reaches[2:]), strict=True)
     for place, side, period, (low, high) in each_axis:
         if period and not (wide * r < period and abs(place) <= FARTHEST * period):
-            return [Mistake(where, shown(command), narrow)]
+            return [Mistake(where, f"one at {list(command.position)} that reaches {r:g} far", narrow)]
         if extent.walled and not period and not low - allowed <= place <= side - (high - allowed):
             what = "disc" if shape is None else "body"
             sides = f"[0, {extent.sides[0]!r}] x [0, {extent.sides[1]!r}]"

@@ -39,6 +39,7 @@ from kinetile.scene.schema import (
 )
 from kinetile.scene.settings import Settings, check_end
 from kinetile.scene.shapes import Bools, Ints, Obstacle, Shape, polyline, read_shape, shape_row
+from kinetile.scene.values import VALUES
 from kinetile.targets import write_file
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -150,11 +151,12 @@ class _File:
         odd = self._odd()
         for key in self.tables:
             beside = key in ("arena", "periodic", "gravity", "start", "bodies", "unit", "shapes")
-            if key in taken and (beside or key in odd):
+            tables = key == "bodies" and isinstance(self.tables[key], list)
+            if key in taken and (beside or key in odd) and not tables:
                 wanted = f"it in the table [parameters]: it is a parameter of the recipe {name!r}"
                 self._instead(key, f"{key} beside a recipe", wanted)
             elif beside:
-                wanted = "one of the two: the recipe makes them all"
+                wanted = "one of the two: the recipe makes them all, and [[commands]] insert more"
                 self.mistakes.append(Mistake(key, f"{key} beside a recipe", wanted))
         if known and ("parameters",) not in self.faults:
             wrong = parameter_mistakes(name, parameters)
@@ -246,7 +248,7 @@ class _File:
             unread=unread,
             complete=not (unread_kinds or left_out),
             turns=[where for where, _ in turns],
-            commands=[where for where, _ in commands],
+            commands={where: _WORDS[type(each)] for where, each in commands},
         )
         given = given._replace(turns=[each for _, each in turns], commands=[each for _, each in commands])
         return scene_of(given, places)
@@ -345,11 +347,13 @@ class _File:
             place: Place = ("bodies", i, "shape")
             if place in self.faults:
                 continue
-            if "shape" not in row:
+            if "radius" in row:
+                found = "a radius where other bodies have shapes", "the shape of this one, a disc"
+                if "shape" in row:
+                    found = "a radius beside a shape", "one of the two: a shape has its own size"
+                self.mistakes.append(Mistake(f"bodies[{i}].radius", *found))
+            elif "shape" not in row:
                 self.mistakes.append(Mistake(written(place), "nothing", expected(place)))
-            elif "radius" in row:
-                wrong = Mistake(f"bodies[{i}].radius", "a radius beside a shape", "one of the two")
-                self.mistakes.append(wrong)
             else:
                 index[i], unread[i] = row["shape"], False
         return index, unread
@@ -369,6 +373,9 @@ class _File:
     def _obstacles(self) -> list[Obstacle]:
         found: list[Obstacle] = []
         for k, row in self._rows("obstacles"):
+            if wrong := VALUES["kind"].mistakes(row.get("kind", 0), f"obstacles[{k}].kind"):
+                self.mistakes += wrong
+                continue
             try:
                 found += polyline(**{key: row[key] for key in ("points", "closed", "kind") if key in row})
             except SceneError as error:
@@ -448,6 +455,8 @@ _KINDS: dict[str, Any] = {
     "insert": Insert,
     "remove": Remove,
 }
+
+_WORDS = {kind: word for word, kind in _KINDS.items()}
 
 _EFFECTS = {
     "turn": ("velocity", "a velocity", "[vx, vy]"),

@@ -4,7 +4,7 @@ Each check runs here, once for each scene. What a file has in the wrong form is 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -78,7 +78,7 @@ class FilePlaces(NamedTuple):
     ``mistakes`` were found before; ``faults`` are places of values that are missing or of a wrong type, and
     have been reported; ``unread`` has for the name of a column, (n,), the bodies without such a value in the
     right form; ``complete`` is whether all bodies, commands and kinds could be read; ``turns`` and
-    ``commands`` are the place of each.
+    ``commands`` are the place of each, the latter with the word of its action.
     """
 
     source: str | None = None
@@ -87,7 +87,19 @@ class FilePlaces(NamedTuple):
     unread: Mapping[str, Bools] = {}
     complete: bool = True
     turns: Sequence[str] | None = None
-    commands: Sequence[str] | None = None
+    commands: Mapping[str, str] | None = None
+
+    def written(self, mistake: Mistake) -> Mistake:
+        """Returns a mistake with its place in the file, where a body goes by the word of its action."""
+        where, (command, _, field) = mistake.where, mistake.where.rpartition(".")
+        action = (self.commands or {}).get(command, "")
+        if action == "insert" and field not in ("time", "at"):
+            where = f"{command}.insert.{field}"
+        elif action and field == "body":
+            where = f"{command}.{action}"
+        elif self.commands is not None and where.startswith("names["):
+            where = f"bodies{where.removeprefix('names')}.name"
+        return mistake._replace(where=where)
 
 
 NO_FILE = FilePlaces()
@@ -196,7 +208,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
 
 
 def _raise(mistakes: Sequence[Mistake], places: FilePlaces) -> None:
-    found = [*places.mistakes, *(each for each in mistakes if each.where not in places.faults)]
+    written = map(places.written, mistakes)
+    found = [*places.mistakes, *(each for each in written if each.where not in places.faults)]
     if found:
         raise SceneError(abridged(found), places.source)
 
@@ -259,7 +272,7 @@ def _with_obstacles(bodies: Bodies, obstacles: Sequence[Obstacle], listed: Seque
 
 
 def _listed(
-    name: str, given: Any, right: str, places: Sequence[str] | None, mistakes: list[Mistake]
+    name: str, given: Any, right: str, places: Iterable[str] | None, mistakes: list[Mistake]
 ) -> list[tuple[str, Any]]:
     """Returns the values of a sequence, each with its place; none, and a mistake, for anything else."""
     try:
@@ -291,7 +304,7 @@ def _read_rules(
         kind = [*kind, *own]
         kinds = [*kinds, *own] if isinstance(kinds, list | tuple) else kinds
     newer = [(where, each) for where, each in commands if isinstance(each, Insert | SetKind)]
-    coming = [(f"{where}.kind", each.kind) for where, each in newer]
+    coming = [(f"{where}.kind", each.kind, isinstance(each, Insert)) for where, each in newer]
     insertions = [isinstance(each, Insert) and each.mass == math.inf for _, each in newer]
     fixed = [*np.isinf(bodies.mass).tolist(), *insertions] if bodies.table is not None else ()
     return read_rules(kind, given.responses, len(bodies), coming, mistakes, kinds, complete, fixed)

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import KinetileError, Mistake, Refused, nearest, one_of
+from kinetile.plugin.choices import called
 from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, option_mistakes, plain, shown
 from kinetile.scene.values import VALUES
 
@@ -54,6 +55,9 @@ class Response:
 
     def __hash__(self) -> int:
         return hash((self.name, tuple(sorted(self.options))))
+
+    def __str__(self) -> str:
+        return called(repr(self.name), self.options)  # in messages, of files as well
 
     def __repr__(self) -> str:
         options = "".join(f", {name}={value!r}" for name, value in sorted(self.options.items()))
@@ -91,7 +95,7 @@ def read_rules(
     kind: Any,
     responses: Any,
     bodies: int,
-    coming: Sequence[tuple[str, Any]],
+    coming: Sequence[tuple[str, Any, bool]],
     mistakes: list[Mistake],
     declared: Any = None,
     complete: bool = True,
@@ -103,7 +107,8 @@ def read_rules(
         kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
         responses: the response for each pair of kinds, or a tuple of ``Rule``.
         bodies: the number of bodies at the start.
-        coming: the place in the input, and the kind, of each insertion; None is the first of the scene.
+        coming: the place in the input, and the kind, of each insertion and each change of a kind, and whether
+            it is an insertion; None is the first of the scene.
         mistakes: a list to append mistakes to.
         declared: all kinds; None if they follow from the bodies.
         complete: whether these are all bodies; else no rule is reported as unused.
@@ -114,20 +119,21 @@ def read_rules(
     rules = _read_responses(responses, places, mistakes)
     all_kinds = _read_declared(declared, mistakes)
     each = _read_kinds(kind, bodies, all_kinds[0] if all_kinds else 0, mistakes)
-    later = [(where, as_kind(name)) for where, name in coming if is_kind(name)]
-    kinds = all_kinds or kinds_that_follow(each, (name for _, name in later), rules)
+    later = [(where, as_kind(name), new) for where, name, new in coming if is_kind(name)]
+    kinds = all_kinds or kinds_that_follow(each, ((name, new) for _, name, new in later), rules)
     known = dict.fromkeys(kinds)
-    if all_kinds:
-        there = [*((f"bodies[{number}].kind", name) for number, name in enumerate(each)), *later]
-        for where, name in there:
-            if name not in known:
-                message = f"{name!r}, which is none of the kinds that the scene declares"
-                mistakes.append(Mistake(where, message, one_of(str(name), map(str, kinds))))
-                known[name] = None
+    what = "which is none of the kinds that the scene declares"
+    there = [(f"bodies[{at}].kind", name, True) for at, name in enumerate(each)] if all_kinds else []
+    if not all_kinds:  # a misspelt kind of a change would be one more
+        what = "the kind of no other body and of no rule (kinds=[...] declares more)"
+    for where, name, _ in [*there, *later] if all_kinds or complete else ():
+        if name not in known:
+            mistakes.append(Mistake(where, f"{name!r}, {what}", one_of(str(name), map(str, kinds))))
+            known[name] = None
     if complete:
         mistakes += _unused(rules, places, known)
     if complete and len(fixed):
-        everyone = [*each, *(as_kind(name) if is_kind(name) else kinds[0] for _, name in coming)]
+        everyone = [*each, *(as_kind(name) if is_kind(name) else kinds[0] for _, name, _ in coming)]
         still = {*each} - {name for name, one in zip(everyone, fixed, strict=True) if not one}
         for pair, response in (rule for rule in rules if still.issuperset(rule[0])):
             wanted = "no rule: two immovable bodies never meet in a scene with shapes"
@@ -139,12 +145,13 @@ def read_rules(
 
 
 def kinds_that_follow(
-    each: Iterable[Kind], coming: Iterable[Kind], rules: Iterable[tuple[Pair, Response]]
+    each: Iterable[Kind], coming: Iterable[tuple[Kind, bool]], rules: Iterable[tuple[Pair, Response]]
 ) -> tuple[Kind, ...]:
-    """Returns the kinds of a scene that declares none, as they appear: in bodies, or else in rules."""
-    there = tuple(dict.fromkeys([*each, *coming]))
+    """Returns the kinds of a scene that declares none, as they appear: in bodies, or else in rules. Those of
+    ``coming`` are of new bodies (True), or of changes, which count where a rule names them."""
     named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
-    return there or tuple(named) or (0,)
+    there = dict.fromkeys([*each, *(name for name, new in coming if new or name in named)])
+    return tuple(there) or tuple(named) or (0,)
 
 
 def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
@@ -274,8 +281,8 @@ def _read_responses(
             ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))
             places.setdefault(ordered, where)
             if rules.setdefault(ordered, response) != response:
-                wanted = f"one response, and {rules[ordered]!r} is another"
-                mistakes.append(Mistake(where, repr(response), wanted))
+                wanted = f"one response, and {rules[ordered]} is another"
+                mistakes.append(Mistake(where, str(response), wanted))
     return tuple(sorted(rules.items(), key=lambda rule: [_order(each) for each in rule[0]]))
 
 
@@ -301,7 +308,7 @@ def refusals(scene: Any) -> list[Mistake]:
                 with calling("response", response.name, "prepare"):
                     registry().target("response", response.name)(**response.options).prepare(scene)
             except Refused as error:
-                mistake = Mistake(f"responses[{pair!r}]", repr(response), str(error))
+                mistake = Mistake(f"responses[{pair!r}]", str(response), str(error))
                 found.setdefault(repr(response), mistake)
             except KinetileError:  # a run says it, where it is one
                 continue
@@ -332,6 +339,6 @@ def table(
         some = [(kind, response) for kind, response in zip(kinds, own, strict=True) if response]
         for (a, one), (b, two) in permutations(some, 2):
             if one != two and (a, b) not in message and _order(a) < _order(b):
-                where, what = f"responses[{(a, b)!r}]", f"nothing, {one!r} and {two!r} by their kinds"
+                where, what = f"responses[{(a, b)!r}]", f"nothing, {one} and {two} by their kinds"
                 mistakes.append(Mistake(where, what, "a response for these two"))
     return rows

@@ -287,8 +287,9 @@ def in_words(scene: Scene, count: int) -> str:
 
 def declared_kinds(scene: Scene) -> tuple[Kind, ...] | None:
     """Returns the kinds of a scene if they do not follow, in this order, from bodies, commands and rules."""
-    coming = (each.kind for each in scene.commands if isinstance(each, Insert | SetKind))
-    following = kinds_that_follow(scene.kind, (each for each in coming if each is not None), scene.responses)
+    changes = (each for each in scene.commands if isinstance(each, Insert | SetKind))
+    coming = ((each.kind, isinstance(each, Insert)) for each in changes if each.kind is not None)
+    following = kinds_that_follow(scene.kind, coming, scene.responses)
     return None if scene.kinds == following else scene.kinds
 
 

@@ -195,7 +195,7 @@ VALUES: Mapping[str, Value] = {
         str,
         lambda axes: isinstance(axes, str) and axes in ("", "x", "y", "xy"),
     ),
-    "kind": Value("the name of a kind, or a whole number from 0 to 2**31 - 1", object, is_kind, as_kind),
+    "kind": Value("the name of a kind, not 'wall' or '*', or a number below 2**31", object, is_kind, as_kind),
     **dict.fromkeys(("body", "remove", "turn", "accelerate", "set-kind", "move"), _BODY),
     "name": Value("a name of its own, text", str, lambda name: isinstance(name, str) and bool(name), str),
     "new body": replace(_BODY, form=is_whole, fit=lambda body: _is_index(body, -1)),

@@ -14,7 +14,7 @@ import typer
 from kinetile.cli import options as cli
 from kinetile.cli.files import try_folder
 from kinetile.cli.output import printed, scene_summary, show
-from kinetile.cli.terminal import DIFFERENT, Bar, make_ready
+from kinetile.cli.terminal import DIFFERENT, Bar, make_ready, notice
 from kinetile.errors import BadOption
 
 
@@ -136,7 +136,10 @@ def choose(
     with Bar("measuring") as bar:
         chosen = None if phases is None else cli.some_phases(phases)
         this_scene = cli.find_scene(scene, parameters)
-        how: Any = {"until": until, "seconds": seconds, "repeats": repeats}
+        end, own = until and cli.until_or_default(this_scene, until, None), this_scene.settings.until
+        if end is not None and own is not None and end > own:
+            notice(f"kinetile: --until {end!r} is after the scene's own end, {own!r}")
+        how: Any = {"until": end, "seconds": seconds, "repeats": repeats}
         found = user_scene.choose(this_scene, chosen, start=make_ready, progress=bar.count, **how)
         _print_last([found], bar, json, csv, lambda _: {"scene": scene_summary(this_scene)})
 

@@ -168,6 +168,7 @@ def _undue(chosen: Chosen) -> list[str]:
 @printed_parts.register
 def _choice(chosen: Chosen, **_: Any) -> list[Any]:
     where = chosen.conditions
+    most = max(row.contacts or 0 for row in chosen.candidates)
     columns = {
         "broad phase": lambda row: row.phase,
         **_SPEED,
@@ -180,7 +181,7 @@ def _choice(chosen: Chosen, **_: Any) -> list[Any]:
         table_of(chosen.candidates, columns),
         *_undue(chosen),
         *(f"{row.phase}: {row.ended_by}" for row in chosen.candidates if row.ended_by),
-        f"{where['processor']}; the first {where['max_contacts']:,} contacts, medians of "
+        f"{where['processor']}; the first {min(where['max_contacts'], most):,} contacts, medians of "
         f"{_times(where, 'run')} each, compiling and set-up apart",
         "the same contacts under all phases that ran" if chosen.identical else _DIFFERENT,
         f"take {chosen.phase}: {chosen.reason}" if chosen.phase else chosen.reason,
@@ -213,7 +214,7 @@ def _agreement(bench: SceneBench) -> str:
 def study_parts(found: Mapping[str, Any]) -> list[Any]:
     """Returns a quantity of a study for each scene and phase: mean, standard error, ratio to the first."""
     heads = [*(f"> {each}" for each in found["varied"]), "| phase", "> rows", "> contacts"]
-    heads += ["> mean", "> ±", "> ratio", "> ±"]
+    heads += ["> mean", "> error", "> ratio", "> error"]
     rows = [
         [
             *(_number(group["scene"].get(each)) for each in found["varied"]),

@@ -144,3 +144,13 @@ def test_a_drawn_game_has_one_list_under_every_phase(seed: int) -> None:
     one = games.play(game)
     for phase in GENERAL[1:]:
         assert games.play(game, phase) == one, phase
+
+
+def test_a_kind_that_a_rule_alone_names_is_one_and_a_recording_declares_others() -> None:
+    by_a_rule = kt.Scene([(1, 1)], [(0, 0)], 0.25, kind="ball", responses={("ghost", "*"): "pass"},
+                         commands=[kt.SetKind(0, 1.0, "ghost")])  # fmt: skip
+    assert by_a_rule.kinds == ("ball", "ghost")
+    sim = kt.Simulation(kt.Scene([(1, 1)], [(0, 0)], 0.25, kinds=["ball", "mark"]), live=True)
+    sim.set_kind(0, "mark")
+    again = loads_scene(dumps_scene(sim.recorded()))
+    assert (again.kinds, again) == (("ball", "mark"), sim.recorded())

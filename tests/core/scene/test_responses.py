@@ -150,7 +150,7 @@ def test_what_one_response_refuses_is_said_once():
 
     with registered(kt.ResponseSpec("spring", Spring)), pytest.raises(SceneError) as told:
         scene(responses="spring")
-    assert [each.found for each in told.value.mistakes] == ["Response('spring')"]
+    assert [each.found for each in told.value.mistakes] == ["'spring'"]
 
 
 def test_a_scene_of_elastic_bodies_looks_for_no_plugins():

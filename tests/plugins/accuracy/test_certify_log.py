@@ -25,7 +25,7 @@ def cradle():
 @pytest.fixture
 def log(cradle, tmp_path):
     path = tmp_path / "contacts.txt"
-    write_contacts(path, cradle.contacts, cradle.fingerprint)
+    write_contacts(path, cradle.contacts, cradle.fingerprint, (1.0, 0.0))
     return path
 
 
@@ -35,10 +35,10 @@ def test_a_run_writes_its_contacts_and_they_are_certified(tmp_path, cradle):
     assert json.loads(ran.stdout)["answer"] == 1
     lines = path.read_text().splitlines()
     assert lines[0] == "0 2251799813685248 0 1"
-    assert lines[-1] == f"fingerprint {cradle.fingerprint}"
-    assert len(lines) == len(cradle.contacts) + 1
+    assert lines[-2:] == [f"fingerprint {cradle.fingerprint}", "unit 1.0 start 0.0"]
+    assert len(lines) == len(cradle.contacts) + 2
     found = kinetile("certify-log", "cradle", path, "--until", 5, code=0)
-    assert f"all lines are right: {len(lines) - 1}, to time 5.0" in found.stdout
+    assert f"all lines are right: {len(lines) - 2}, to time 5.0" in found.stdout
     assert f"answer 1, fingerprint {cradle.fingerprint}" in found.stdout
 
 
@@ -53,7 +53,7 @@ def test_a_list_of_fewer_contacts_than_the_run_had_is_wrong(tmp_path, cradle):
 
 
 def test_lines_come_from_stdin(log):
-    text = "\n".join(log.read_text().splitlines()[:-1])
+    text = "\n".join(log.read_text().splitlines()[:-2])
     found = kinetile("certify-log", "cradle", "-", "--until", 5, "--json", stdin=text, code=0)
     result = json.loads(found.stdout)
     assert result["right"] is True
@@ -69,8 +69,8 @@ def test_lines_come_from_stdin(log):
             lambda lines: [lines[0].replace("8 0 1", "9 0 1"), *lines[1:]],
             "line 1 is wrong: body 0 with body 1",
         ),
-        (lambda lines: lines[:-2], "line 14 is wrong: there is one more before the end"),
-        (lambda lines: [*lines[:-1], "fingerprint " + "0" * 64], "line 15 is wrong: the fingerprint"),
+        (lambda lines: lines[:-3], "line 14 is wrong: there is one more before the end"),
+        (lambda lines: [*lines[:-2], "fingerprint " + "0" * 64], "line 15 is wrong: the fingerprint"),
     ],
 )
 def test_the_first_wrong_line_is_reported(log, change, why):

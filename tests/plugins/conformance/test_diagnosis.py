@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from installing import loaded
-from kinetile import BroadPhaseSpec
+from kinetile import BroadPhaseSpec, Response
 from kinetile.errors import NotJudged
 from kinetile.scene import Scene, Settings
 from kinetile_conformance import CHECKS, Result, check_broad_phase
@@ -144,12 +144,35 @@ def test_other_rows_are_told_by_the_check_and_its_words(row, check, words):
     assert likely(check, words) == often(row)
 
 
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("response", "at the start respond wrote bodies.x; there are 2"),
+        (
+            "response",
+            "body 0 and body 1 leave with [1.0]; with the two exchanged, body 1 and body 0 leave",
+        ),
+        ("response", "a meeting of body 0 and body 1 adds 1e-07 of energy"),
+        ("division", "respond raised ZeroDivisionError: float division by zero"),
+        ("", "contact 4 is missing: body 0 with body 1"),
+    ],
+)
+def test_of_a_response_no_advice_was_for_broad_phases(row, words):
+    """`near`, `repair` and `since_anchor` were named, which a response does not have."""
+    subject = Subject("naive", {}, {}, Response("trial"))
+    found = diagnosed("a-response-depends-on-the-meeting-alone", words, subject)
+    assert found == ([f"{OFTEN}{often(row)}"] if row else [])
+
+
 def test_nothing_is_told_where_no_row_applies():
     assert likely("its-features-are-known", "it declares a feature") == ""
 
 
 def test_rows_are_few_and_name_checks_that_there_are():
-    assert len(SYMPTOMS) <= 24
-    assert all({"often", "pattern"} <= {*row} <= {"often", "checks", "pattern"} for row in SYMPTOMS.values())
+    kinds = [kind for row in SYMPTOMS.values() for kind in row.get("kinds", ["broad"])]
+    assert kinds.count("broad") <= 24
+    assert {*kinds} <= {"broad", "pair", "response"}
+    most = {"often", "checks", "kinds", "pattern"}
+    assert all({"often", "pattern"} <= {*row} <= most for row in SYMPTOMS.values())
     named = {check for row in SYMPTOMS.values() for check in row.get("checks", ())}
     assert named <= {check.name for check in CHECKS}
