@@ -120,3 +120,58 @@ def test_a_player_lands_on_each_platform_and_takes_all_coins():
     again = kt.Simulation(sim.recorded(), "sap-1d")
     again.run()
     assert again.fingerprint == sim.fingerprint
+
+
+def example(name: str) -> dict:
+    return runpy.run_path(str(ROOT / f"docs/examples/{name}.py"))
+
+
+@pytest.mark.small
+def test_air_hockey_scores_and_begins_again(capsys):
+    air = example("air_hockey")
+    (table,) = air["play"](1, 10)
+    assert capsys.readouterr().out == "goals 0:0, 0 squeezes\n"
+    table.reset()
+    table.sim.set_position(0, (1.75, 0.7))
+    table.sim.set_velocity(0, (11.4, -12.0))
+    assert table.step([(0.0, 0.0)] * 2)[1:3] == (1, True)
+    assert table.reset()[0][0, :2].tolist() == [1.0, 0.5]
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.own_loop
+def test_air_hockey_frees_a_squeezed_puck():
+    table = example("air_hockey")["AirHockey"](1)
+    table.sim.set_position(0, (0.8, 0.06))
+    table.sim.set_velocity(0, (0.0, 0.0))
+    table.sim.set_position(1, (0.8, 0.25))
+    until = table.sim.time + 0.1
+    table.sim.set_velocity(1, (0.0, -1.0))
+    table.sim.run(until=until, on_jam=table.release)
+    assert (table.jams, table.sim.time) == (1, until)
+
+
+@pytest.mark.small
+def test_billiard_balls_all_rest_after_a_shot_in_straight_paths(capsys):
+    game = example("billiards")["play"](1)
+    assert not game.stops
+    assert not game.sim.velocities().any()
+    again = kt.Simulation(game.sim.recorded(), "sap-1d")
+    again.run()
+    assert again.fingerprint == game.sim.fingerprint
+
+
+@pytest.mark.small
+def test_robots_of_the_warehouse_meet_scanners_alone():
+    sim, scans = example("warehouse")["drive"](12, 20.0)
+    pairs = sim.contacts[["a", "b"]].tolist()
+    assert scans
+    assert {tuple(sorted(pair)) for pair in pairs} == {(robot, at) for _, robot, at in scans}
+
+
+@pytest.mark.small
+def test_contacts_of_two_blocks_are_the_digits_of_pi():
+    lesson = example("pi_lesson")
+    assert [lesson["count"](digits)[0] for digits in (1, 2)] == [3, 31]
+    assert [lesson["foreseen"](digits) for digits in (1, 2, 3)] == [3, 31, 314]
