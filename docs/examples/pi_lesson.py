@@ -33,6 +33,5 @@ def foreseen(digits: int) -> int:
 if __name__ == "__main__":
     for digits in (1, 2, 3):
         contacts, drift = count(digits)
-        print(
-            f"{100 ** (digits - 1):>6} : 1  {contacts} contacts, {foreseen(digits)} by the circle, {drift:.0e}"
-        )
+        said = f"{contacts} contacts, {foreseen(digits)} by the circle, energy {drift:.0e}"
+        print(f"{100 ** (digits - 1):>6} : 1  {said}")
