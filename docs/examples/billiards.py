@@ -71,10 +71,8 @@ class Table:
 
     def take(self, event: kt.Event) -> None:
         """Removes a ball that reaches a pocket."""
-        ball = min(event.bodies)
-        if ball in self.stops:  # its removal ends the passing
-            del self.stops[ball]
-            self.sim.remove(ball)
+        self.stops.pop(event.bodies[0], None)
+        self.sim.remove(event.bodies[0])
 
 
 def play(shots: int = 10, phase: str = "cells") -> Table:

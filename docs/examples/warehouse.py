@@ -46,8 +46,7 @@ def drive(robots: int = 12, until: float = 60.0, seed: int = 1) -> tuple[kt.Simu
     taken, ahead = set(at.values()), dict(at)
 
     def scan(event: kt.Event) -> None:
-        if event.kind == "pass":
-            scans.append((event.time, min(event.bodies), max(event.bodies)))
+        scans.append((event.time, *event.bodies))
 
     while sim.time < until:
         for robot, (x, y) in at.items():  # all are at crossings now
