@@ -112,23 +112,6 @@ def test_flights_are_read_from_a_file(tmp_path, capsys):
     }
 
 
-@pytest.mark.small
-def test_an_environment_begins_anew_and_plays_the_same_again_under_another_phase(capsys):
-    example = runpy.run_path(str(ROOT / "docs/examples/environment.py"))
-    assert example["main"](["--episodes", "1", "--longest", "40"]) == 0
-    assert "the last one again: True" in capsys.readouterr().out
-    env = example["Hockey"]()
-    starts = [env.reset(seed=seed)[0].tolist() for seed in (1, 2, 1, None)]
-    assert starts[0] == starts[2] != starts[1]
-    assert starts[3] not in starts[:3]
-    seen, reward, terminated, truncated, more = env.step((0.0, 0.0))
-    assert (seen.shape, reward, terminated, truncated, [*more]) == ((8,), 0.0, False, False, ["contacts"])
-    while not terminated:
-        _, reward, terminated, _, more = env.step((0.0, 2.0))
-    assert reward == -1.0
-    assert (example["PUCK"], example["LEFT"]) in more["contacts"][["a", "b"]].tolist()
-
-
 LANDED = ["2.1000, 0.6500", "3.2000, 1.1500", "5.1250, 0.7500", "6.2750, 1.2500", "5.3750, 0.7500"]
 
 
@@ -161,3 +144,61 @@ def test_a_session_in_a_shell(tmp_path):
     assert (clock, print_[:12], rows.strip()) == ("unit 1.0 start 0.0", "fingerprint ", "3")
     assert same == "identical: 9 contacts, the end and every body's state agree bit for bit"
     assert fault == "no fault"
+
+
+def example(name: str) -> dict:
+    return runpy.run_path(str(ROOT / f"docs/examples/{name}.py"))
+
+
+@pytest.mark.small
+def test_air_hockey_scores_and_begins_again(capsys):
+    air = example("air_hockey")
+    (table,) = air["play"](1, 10)
+    assert capsys.readouterr().out == "goals 0:0, 0 squeezes\n"
+    table.reset()
+    table.sim.set_position(0, (1.75, 0.7))
+    table.sim.set_velocity(0, (11.4, -12.0))
+    assert table.step([(0.0, 0.0)] * 2)[1:3] == (1, True)
+    starts = [table.reset(seed=seed)[0][0].tolist() for seed in (1, 2, 1, None)]
+    assert starts[0] == starts[2] != starts[1]
+    assert starts[3] not in starts[:3]
+    assert starts[3][:2] == [1.0, 0.5]
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.own_loop
+def test_air_hockey_frees_a_squeezed_puck():
+    table = example("air_hockey")["AirHockey"](1)
+    table.sim.set_position(0, (0.8, 0.06))
+    table.sim.set_velocity(0, (0.0, 0.0))
+    table.sim.set_position(1, (0.8, 0.25))
+    until = table.sim.time + 0.1
+    table.sim.set_velocity(1, (0.0, -1.0))
+    table.sim.run(until=until, on_jam=table.release)
+    assert (table.jams, table.sim.time) == (1, until)
+
+
+@pytest.mark.small
+def test_billiard_balls_all_rest_after_a_shot_in_straight_paths(capsys):
+    game = example("billiards")["play"](1)
+    assert not game.stops
+    assert not game.sim.velocities().any()
+    again = kt.Simulation(game.sim.recorded(), "sap-1d")
+    again.run()
+    assert again.fingerprint == game.sim.fingerprint
+
+
+@pytest.mark.small
+def test_robots_of_the_warehouse_meet_scanners_alone():
+    sim, scans = example("warehouse")["drive"](12, 20.0)
+    pairs = sim.contacts[["a", "b"]].tolist()
+    assert scans
+    assert {tuple(sorted(pair)) for pair in pairs} == {(robot, at) for _, robot, at in scans}
+
+
+@pytest.mark.small
+def test_contacts_of_two_blocks_are_the_digits_of_pi():
+    lesson = example("pi_lesson")
+    assert [lesson["count"](digits)[0] for digits in (1, 2)] == [3, 31]
+    assert [lesson["foreseen"](digits) for digits in (1, 2, 3)] == [3, 31, 314]

@@ -47,17 +47,14 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
     sim, told, standing = kt.Simulation(level(), live=True), list[str](), True
 
     def take(event: kt.Event) -> None:
-        if event.kind == "pass":  # its removal ends the passing: a "part"
-            sim.remove(event.bodies[1])
-            told.append(f"{event.time:.6f} a coin")
+        sim.remove(event.bodies[1])
+        told.append(f"{event.time:.6f} a coin")
 
     def rise(event: kt.Event) -> None:
-        if event.kind == "part":
-            sim.set_kind(0, "player")  # it has come through: from above a ledge is solid
-            told.append(f"{event.time:.6f} through a ledge")
+        sim.set_kind(0, "player")  # it has come through: from above a ledge is solid
+        told.append(f"{event.time:.6f} through a ledge")
 
-    meets = dict(zip(THROUGH, (take, take, rise), strict=True))
-
+    meets = {"on_contact": dict.fromkeys(THROUGH[:2], take), "on_part": {THROUGH[2]: rise}}
     pace = 0.0
     for frame in range(frames):
         key = KEYS.get(frame)
@@ -69,7 +66,7 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
         elif up <= 0.0 and sim.kinds[0] == "jumper":
             with suppress(NoRoom):  # it is in the midst of a ledge, and falls out of it
                 sim.set_kind(0, "player")
-        sim.run(until=(frame + 1) * FRAME, on_contact=meets)
+        sim.run(until=(frame + 1) * FRAME, **meets)
         lands, standing = bool(sim.supports()[0]) and not standing, bool(sim.supports()[0])
         if lands:
             x, y = sim.positions()[0]

@@ -593,7 +593,8 @@ def read_only(tables: Tables) -> Tables:
 
 
 BAD_PAIR, UNKNOWN_PAIR, LATE_CONTACT, TOO_DEEP, JAMMED, STALLED, NOT_FINITE = range(1, 8)
-BAD_CERTIFICATE, BAD_COUNT, BAD_NAME, BAD_PARTNER, BAD_RESPONSE, ADDED_ENERGY = range(8, 14)
+BAD_CERTIFICATE, BAD_COUNT, BAD_NAME, BAD_PARTNER, BAD_RESPONSE, ADDED_ENERGY, SQUEEZED = range(8, 15)
+JAMS = (JAMMED, SQUEEZED)  # a command may end them
 
 MY_FAULT = 1 << 16
 """The first fault of a broad phase's own (``BroadPhaseParts.faults``); the next is ``MY_FAULT + 1``."""

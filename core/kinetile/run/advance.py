@@ -22,7 +22,7 @@ from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WA
 from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME, flag_of
 from kinetile.kernel.loop.loop import PASSES
 from kinetile.kernel.passings import passes, row_of
-from kinetile.kernel.tables import JAMMED, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL
+from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL
 from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.spans import FEWEST_SPANS
@@ -317,7 +317,7 @@ def next_event(engine: Engine) -> Event | None:
     k, fields = engine.k, engine.fields
     clock, lists = k.clock[0], k.clock[0].lists
     command, fault, beat = int(lists.command), fields.fault.code[0], fields.torus.beat[0]
-    fields.fault.code[0] = 0 if fault == JAMMED else fault
+    fields.fault.code[0] = 0 if fault in JAMS else fault
     fields.torus.beat[0] = NEVER
     try:  # anchoring a plan again is no event: the next one is returned
         while lists.command < lists.commands and int(k.commands[int(lists.command)].code) == REANCHORED:

@@ -30,7 +30,7 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED, WALLS
-from kinetile.kernel.tables import JAMMED, NOBODY, Kernel, read_only
+from kinetile.kernel.tables import JAMS, NOBODY, Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Ended, Event, advance, advance_one, next_event
@@ -335,7 +335,7 @@ class Simulation(Moment):
                         last = jam.time, jam.bodies
                         with Interruptible():
                             on_jam(jam)
-                        if engine.fields.fault.code[0] == JAMMED:  # no command was given
+                        if engine.fields.fault.code[0] in JAMS:  # no command was given
                             raise
                         continue
                     event = self._with_kinds(ended.event)
@@ -861,7 +861,7 @@ class Simulation(Moment):
         ended with a fault, BusyError while a chunk of a run is under way."""
         with _Alone(self, "be saved"):
             engine, of = self._engine, self._observers
-            if engine.broken is not None or engine.fields.fault.code[0] not in (0, JAMMED):
+            if engine.broken is not None or engine.fields.fault.code[0] not in (0, *JAMS):
                 raise RecordError(
                     "this simulation has ended with a fault and cannot go on, so it is not saved: what was "
                     "saved before it can be taken up"

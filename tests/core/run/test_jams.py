@@ -1,6 +1,8 @@
 """Bodies that cannot move on: jams and squeezes, and what a program does with them."""
 
 import math
+import random
+from collections import Counter
 
 import pytest
 
@@ -83,3 +85,95 @@ def test_a_program_had_to_catch_the_error_of_a_squeeze_and_run_again():
     with pytest.raises(ZenoError):  # a function that changes nothing
         kt.Simulation(between_paddles(), "cells").run(until=0.1, on_jam=lambda jam: told.append(jam.bodies))
     assert len(told) == 2
+
+
+SHAPES = [
+    *(kt.disc(0.125), kt.box(0.25, 0.125), kt.capsule((-0.125, 0.0), (0.125, 0.0), 0.0625)),
+    *(kt.disc(0.375), kt.box(0.75, 0.25), kt.capsule((0.0, -0.25), (0.0, 0.25), 0.125)),
+]
+FRAMES, WINDOWS = 240, 20
+
+
+def court(rng, sort, balls):
+    """Balls and after them up to three paddles in free cells of an arena; with gravity balls settle."""
+    many, cells = balls + rng.randint(1, 3), [(0.5 + x, 0.5 + y) for x in range(4) for y in range(3)]
+    loses = {"e": rng.choice((0.1, 0.5, 0.9, 0.99, 0.999)), "contact_time": rng.choice((1e-6, 1e-4, 1e-3))}
+    more = {
+        "radius": [rng.uniform(0.03, 0.2) if at < balls else rng.uniform(0.1, 0.45) for at in range(many)]
+    }
+    if sort == "shapes":
+        more = {"shapes": SHAPES, "shape": [rng.randrange(3) + 3 * (at >= balls) for at in range(many)]}
+    if sort == "heaps":
+        loses |= {"contact_time": 1e-3, "settle": rng.choice((0.05, 0.25))}
+        more["gravity"] = 0.0, -rng.choice((1.0, 4.0, 9.8))
+    soft = kt.Response("restitution", **loses)
+    among = [soft if sort == "heaps" else rng.choice(("elastic", soft)) for _ in "ab"]
+    rules = {("ball", "soft"): soft, ("ball", "dead"): "stop", ("ball", "wall"): among[0]}
+    return kt.Scene(
+        position=rng.sample(cells, many),
+        velocity=[(rng.gauss(0, 1), rng.gauss(0, 1)) if at < balls else (0.0, 0.0) for at in range(many)],
+        mass=[rng.choice((1.0, 1.0, 0.01, 10.0)) if at < balls else INF for at in range(many)],
+        kind=["ball" if at < balls else rng.choice(("hard", "soft", "dead")) for at in range(many)],
+        kinds=["ball", "hard", "soft", "dead"],
+        responses={**rules, ("ball", "ball"): among[1]},
+        arena=(4.0, 3.0),
+        **more,
+    )
+
+
+def steered(seed, sort, aimed):
+    """Plays with paddles that go to a ball, or at random. Returns the most contacts of a run to its answer,
+    and in how many windows each jam was told when nothing was done about it; then a ball goes."""
+    rng = random.Random(f"{sort} {seed}")
+    balls = rng.randint(1, 5) if aimed else rng.randint(4, 9)
+    sim = kt.Simulation(court(rng, sort, balls), "cells", live=True)
+    paces, most, jams = [10 ** rng.uniform(-1.3, 1.3) for _ in sim.bodies[balls:]], 0, []
+    for frame in range(1, FRAMES + 1):
+        there = [body for body in sim.bodies.tolist() if body < balls]
+        if not there or (aimed and jams):
+            break
+        for paddle, pace in enumerate(paces, balls):
+            x, y = sim.positions()[0] - sim.positions()[sim.bodies == paddle][0]
+            if aimed:
+                sim.set_velocity(paddle, (pace * x / math.hypot(x, y), pace * y / math.hypot(x, y)))
+            elif rng.random() < 0.1:
+                sim.set_velocity(paddle, (rng.gauss(0, pace), rng.gauss(0, pace)))
+        before, answers = len(sim.contacts), []
+
+        def note(jam, sim=sim, answers=answers):
+            answers.append(len(sim.contacts))
+            if len(answers) < WINDOWS:  # a command that changes nothing
+                sim.set_kind(balls, sim.kinds[sim.bodies == balls][0])
+            else:
+                sim.remove(next(body for body in jam.bodies if 0 <= body < balls))
+
+        try:
+            sim.run(until=frame / 60, max_contacts=100_000, on_jam=note)
+        except ZenoError:  # all is at one tick
+            answers += [0] * WINDOWS
+        most = max(most, [*answers, len(sim.contacts)][0] - before)
+        jams += [len(answers)] if answers else []
+        if sim.time < frame / 60:
+            break
+    return most, jams
+
+
+@pytest.mark.parametrize(
+    ("sort", "aimed", "count"),
+    [
+        *(("discs", True, 150), ("shapes", True, 150), ("discs", False, 250), ("shapes", False, 250)),
+        *(("heaps", True, 60), ("heaps", False, 60)),
+    ],
+)
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.own_loop
+def test_a_frame_with_a_squeeze_had_half_a_million_contacts(sort, aimed, count):
+    """A run has its answer in some 10^4 contacts. A jam is right if it goes on for more than a window; of a
+    hundred one may end after it, by rounding."""
+    found = [steered(seed, sort, aimed) for seed in range(count)]
+    jams = Counter(windows for _, each in found for windows in each)
+    print(sort, aimed, max(most for most, _ in found), dict(jams))
+    assert max(most for most, _ in found) < 50_000
+    assert jams.total() > count // 10
+    assert jams[1] <= 1 + jams.total() // 100

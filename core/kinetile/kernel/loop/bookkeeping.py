@@ -14,7 +14,7 @@ from kinetile.kernel.compiled import hook, larger, smaller, with_field
 from kinetile.kernel.flight import square_of_speed
 from kinetile.kernel.log import LEFT, TURNED
 from kinetile.kernel.passings import rule_of
-from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, TOO_DEEP, Kernel, Records, blame
+from kinetile.kernel.tables import JAMMED, NOBODY, NOT_FINITE, SQUEEZED, TOO_DEEP, Kernel, Records, blame
 
 
 @hook
@@ -154,9 +154,9 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
     stops.b = k.queue[b].number if b >= 0 else b
 
 
-SQUEEZED_BY, SQUEEZED_TO = 1000.0, 0.01
-"""How many times as fast as those that push it a squeezed body is, at the least; and what it flies between
-two contacts, of its radius, at the most."""
+SQUEEZED_BY, SQUEEZED_TO, PRESSED_TO = 1000.0, 0.03, 1e-8
+"""How many times as fast as those that push it a squeezed body is, at the least; what it flies between two
+contacts, of its radius, at the most; and the fastest body, where what is pressed is slow, as by losses."""
 
 
 @hook
@@ -172,15 +172,18 @@ def _pull_on(plan: Records) -> float:
 
 
 @hook
-def _ticks_of_a_jam(k: Kernel, a: int, b: int) -> float:
-    """Return in how many ticks a window of contacts, the last of them that of a and b, shows a jam.
+def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
+    """Report a jam if a window of contacts, the last of them that of a and b, took so few ticks; a squeeze if
+    one of the two shows it: the first of the fault. Return whether to look at the next contact too.
 
     In a jam each takes less than 1e-13 of the smallest radius of flight, at the speed of the fastest body. In
     a squeeze, between immovable bodies that close in, or one and a wall, flights become short much later,
     after as many contacts as the body's speed is a multiple of theirs. So it is known by its speed: a
     thousand times that of the fastest that pushes, and with 10^4 times the energy that the start and commands
-    have given to all. Bodies are the present ones: bounds for all time know the commands of a scene, and a
-    run with commands by hand and its recording would jam apart.
+    have given to all. With losses it stays slow, and rounding keeps its flights from ending, which a fast
+    body elsewhere hides: so a contact with what pushes ends the run earlier. Bodies are the present ones:
+    bounds for all time know the commands of a scene, and a run with commands by hand and its recording would
+    jam apart.
     """
     clock = k.clock[0]
     radius = math.inf
@@ -195,18 +198,27 @@ def _ticks_of_a_jam(k: Kernel, a: int, b: int) -> float:
                 energy += 0.5 * k.mass[slot] * square
             else:
                 pushing = larger(pushing, square)
-    if squares == 0.0:
-        return 0.0
-    flight = 1e-13 * radius / math.sqrt(squares)
+    fault, flight, squeezed = JAMMED, 0.0, a
+    if squares > 0.0:
+        flight = 1e-13 * radius / math.sqrt(squares)
     given = larger(energy - k.counts[0].answered_energy, 0.0)
-    for slot in (a, b):
+    still = 0.0
+    for slot, other in ((a, b), (b, a)):
         if slot >= 0 and pushing > 0.0 and k.mass[slot] < math.inf:
             body = k.bodies[slot]
             square = square_of_speed(body)
-            slow = larger(pushing, 2.0 * _pull_on(body) * body.radius)
-            if square > SQUEEZED_BY**2 * slow and 0.5 * k.mass[slot] * square > 1e4 * given:
+            falls = 2.0 * _pull_on(body) * body.radius
+            still = PRESSED_TO * radius / math.sqrt(larger(squares, falls)) / clock.present
+            if other >= 0 and k.mass[other] == math.inf and square_of_speed(k.bodies[other]) > 0.0:
+                flight = larger(flight, still)
+            if square > SQUEEZED_BY**2 * larger(pushing, falls) and 0.5 * k.mass[slot] * square > 1e4 * given:
                 flight = SQUEEZED_TO * body.radius / math.sqrt(square) / clock.present
-    return float(smaller(clock.jam.window_size * flight * clock.per_time, float(SPAN)))
+                fault, squeezed = SQUEEZED, slot
+    size = clock.jam.window_size
+    if ticks <= smaller(size * flight * clock.per_time, float(SPAN)):
+        blame(k, fault, squeezed, a + b - squeezed)
+        return False
+    return bool(ticks <= size * still * clock.per_time and clock.jam.window < size + clock.present)
 
 
 @hook
@@ -232,9 +244,8 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     clock.met_tick = tick
     jam.spins = 0
     jam.window += 1
-    if jam.window >= jam.window_size:
-        if tick - jam.window_tick <= _ticks_of_a_jam(k, a, b) and not _has_command(k, tick):
-            blame(k, JAMMED, a, b)
+    full = jam.window >= jam.window_size
+    if full and (_has_command(k, tick) or not _blame_a_jam(k, tick - jam.window_tick, a, b)):
         jam.window = 0
         jam.window_tick = tick
 

@@ -46,7 +46,7 @@ from kinetile.kernel.loop.responses import begin_at_start
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
-    JAMMED,
+    JAMS,
     LONG_AGO,
     NEVER,
     NOBODY,
@@ -250,7 +250,7 @@ class Engine(Tables):
         self.busy = True
         try:
             fields, rows = self.fields, 0
-            if fields.fault.code[0] == JAMMED and self.due:
+            if fields.fault.code[0] in JAMS and self.due:
                 fields.fault.code[0] = 0  # a command may end the jam
             if self.ledger.reads:
                 if len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
@@ -530,7 +530,7 @@ class Engine(Tables):
         them, if it is another one. Raises Refused, with nothing changed, if a phase does not accept that, or
         the broad phase the skin, or for a body without room."""
         self._demand_whole()
-        if self.fields.fault.code[0] not in (0, JAMMED):  # a command may end a jam
+        if self.fields.fault.code[0] not in (0, *JAMS):  # a command may end a jam
             raise failure(self.k, self.composition, self.clock.time(self.now))
         if not len(rows):
             return

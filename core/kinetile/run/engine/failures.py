@@ -22,7 +22,6 @@ from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import plans_now
 from kinetile.kernel.log import OF_KIND, WALLS
-from kinetile.kernel.loop.bookkeeping import SQUEEZED_BY
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
@@ -31,7 +30,7 @@ from kinetile.scene.bodies import nearest_image
 from kinetile.scene.checks import WALL
 
 _OF_SLOTS = (
-    *(tables.LATE_CONTACT, tables.TOO_DEEP, tables.JAMMED, tables.STALLED, tables.NOT_FINITE),
+    *(tables.LATE_CONTACT, tables.TOO_DEEP, *tables.JAMS, tables.STALLED, tables.NOT_FINITE),
     *(tables.BAD_RESPONSE, tables.ADDED_ENERGY),
 )
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
@@ -62,12 +61,11 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         if fault == tables.LATE_CONTACT:
             what = f"a contact of {named} came up that lies in the past: {who} {how} too late"
         return MissedContactError(f"{at} {what}", time=time, bodies=bodies)
-    if fault == tables.JAMMED:
-        squeezed = _squeezed(k, slots)
+    if fault in tables.JAMS:
         many = f"{int(clock.jam.window_size)} contacts took next to no time, the last of them between {named}"
         message = f"{at} the bodies are jammed: {many}; nothing can move on from here"
-        if squeezed is not None:
-            message = f"{at} body {squeezed} is squeezed by immovable bodies that close in: {many}"
+        if fault == tables.SQUEEZED:
+            message = f"{at} body {a} is squeezed by immovable bodies that close in: {many}"
         return ZenoError(message, time=time, bodies=bodies)
     if fault in (tables.BAD_RESPONSE, tables.ADDED_ENERGY):
         return PhaseError(f"{at} {_bad_response(k, composition, fault, slots, named)}")
@@ -169,17 +167,6 @@ def part_head_on(k: Kernel, a: int, b: int) -> float:
     one.anchor = two.anchor = k.clock[0].now
     collide(k, a, b)
     return float(two.vx - one.vx)
-
-
-def _squeezed(k: Kernel, slots: tuple[int, int]) -> int | None:
-    """Returns the number of the one of two bodies that is squeezed (``bookkeeping``), or None in a jam."""
-    speed = np.hypot(k.bodies.vx, k.bodies.vy)
-    fixed = np.isinf(k.mass[: len(speed)])
-    pushing = float(speed[fixed & (k.queue.number >= 0)].max(initial=0.0))
-    for slot in slots:
-        if slot >= 0 and not fixed[slot] and speed[slot] > SQUEEZED_BY * pushing > 0:
-            return int(k.queue.number[slot])
-    return None
 
 
 def _pass_through(k: Kernel, composition: Composition, a: int, b: int) -> bool:

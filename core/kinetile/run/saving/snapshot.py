@@ -17,7 +17,7 @@ from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.plan import BentPlan, Plan, positions_after
-from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
+from kinetile.kernel.tables import JAMS, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
 from kinetile.run.engine.bounds import unfit_pull
 from kinetile.run.engine.commands import Command, command_of
@@ -151,7 +151,7 @@ def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
     now, fault = int(state.contents.clock["now"][0]), int(state.contents.clock["fault.code"][0])
     if not -1 <= now <= SPAN:
         yield f"now is {now}"
-    if fault not in (0, JAMMED):
+    if fault not in (0, *JAMS):
         yield f"the run had ended with fault {fault}"
     given = [*dict(state.history.told.inserted), *state.history.told.changed.values()]
     if not {*given} <= {*range(len(scene.kinds))}:
