@@ -37,7 +37,7 @@ class AirHockey:
     def __init__(self, seed: int) -> None:
         self.sim = kt.Simulation(TABLE, "cells", live=True, keep_contacts=False, keep_commands=False)
         for fast in (3.0, 0.0):  # else each reset would make room for that speed again
-            self.sim.set_velocities(PADDLES, (fast, fast))
+            self.sim.set_velocities([PUCK, *PADDLES], (fast, fast))
         self.start, self.rng, self.reward, self.jams = self.sim.snapshot(), random.Random(seed), 0, 0
 
     def observe(self) -> Any:
