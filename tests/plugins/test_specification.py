@@ -244,7 +244,7 @@ def test_a_scene_has_commands_for_bodies_that_are_there_and_new_numbers(
     why = {
         "accelerations": r"gravity|acceler|at rest on the|\.body: found",
         "responses": r"restitution: e is ",
-    }.get(family, r"commands\[\d\]\.body: found \d")
+    }.get(family, r"commands\[\d\]\.(insert\.body|turn|remove): found \d")
     with nullcontext() if right else pytest.raises(SceneError, match=why):
         scene_of(said)
 

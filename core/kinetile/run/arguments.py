@@ -601,8 +601,8 @@ def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedConta
     bodies = _several(stop.bodies, where, "bodies", "their numbers")
     flags, pairs = {read_body(engine, body, or_coming=True): ANY | ends for body in bodies}, []
     for pair in _several(stop.pairs, where, "pairs", "two numbers each, or two kinds"):
-        if any(isinstance(each, str) and each != WALL for each in pair if np.iterable(pair)):
-            between.append(kinds_between(pair, known, where))
+        if isinstance(pair, tuple | list) and any(isinstance(each, str) and each != WALL for each in pair):
+            between.append(kinds_between(tuple(pair), known, where))
         else:
             a, b = _pair(engine, pair)
             pairs.append((a, b))
