@@ -52,7 +52,9 @@ _FLOATS = {float, np.float64}
 
 _SIZE = "at most 2**200 in size"
 
-_LATE = "kinetile: the scene ends at %r, so its command at %r does not happen. Expected a later until"
+_LATE = (
+    "kinetile: this run goes to %r, the scene's end, and its command at %r is later. Expected a later until"
+)
 
 
 def read_point(value: object, name: str) -> Point:
@@ -601,7 +603,8 @@ def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedConta
     bodies = _several(stop.bodies, where, "bodies", "their numbers")
     flags, pairs = {read_body(engine, body, or_coming=True): ANY | ends for body in bodies}, []
     for pair in _several(stop.pairs, where, "pairs", "two numbers each, or two kinds"):
-        if isinstance(pair, tuple | list) and any(isinstance(each, str) and each != WALL for each in pair):
+        two = isinstance(pair, tuple | list) and len(pair) == 2
+        if two and any(isinstance(each, str) and each != WALL for each in pair):
             between.append(kinds_between(tuple(pair), known, where))
         else:
             a, b = _pair(engine, pair)

@@ -107,7 +107,7 @@ class _Observation:
             raise BadOption(f"observable {text!r}: series is {self.is_series!r}; expected true or false")
         if every is not None and not (is_finite(every) and every > 0.0):
             raise BadOption(f"observable {text!r}: every is {every!r}; expected a time greater than 0")
-        if not is_number(after):
+        if not is_number(after) or math.isnan(after):
             raise BadOption(f"observable {text!r}: after is {after!r}; expected a time")
         self.every = None if every is None else float(every)
         self.after = float(after)

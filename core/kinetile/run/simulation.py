@@ -283,7 +283,8 @@ class Simulation(Moment):
                 True the run stops there. An error ends the run at that contact.
             on_part: the same where two end to pass through each other, or one of them is removed.
             on_jam: a function that is called with the error where bodies are jammed or squeezed. The run goes
-                on if it gives a command, such as one that moves, turns or removes a body.
+                on if it gives a command, such as one that moves, turns or removes a body; unless the same
+                bodies are jammed again at the same time.
             observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
                 ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
             duration: instead of ``until``: for how long to run from the present time on.
@@ -615,7 +616,9 @@ class Simulation(Moment):
         its exact end: it has the contacts of this run, under any phase. ValueError if they are not kept."""
         engine = self._engine
         if not engine.history.kept:
-            raise ValueError("this simulation keeps no commands: it was made with keep_commands=False")
+            raise ValueError(
+                "no commands are kept: this, or its snapshot's simulation, has keep_commands=False"
+            )
         commands = engine.history.played(engine.scene, engine.clock)
         played = with_commands(engine.scene, commands, kinds=engine.scene.kinds)
         end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
@@ -858,7 +861,7 @@ class Simulation(Moment):
 
     def snapshot(self) -> Snapshot:
         """Returns the complete state of this simulation, for ``restore``. Raises RecordError where a run has
-        ended with a fault, BusyError while a chunk of a run is under way."""
+        ended with a fault other than a jam, BusyError while a chunk of a run is under way."""
         with _Alone(self, "be saved"):
             engine, of = self._engine, self._observers
             if engine.broken is not None or engine.fields.fault.code[0] not in (0, *JAMS):

@@ -130,7 +130,7 @@ def test_one_coin_counted_twice():
 def test_stop_at_takes_pairs_of_kinds(before):
     every = []
     kt.Simulation(scene(), "cells").run(9.0, on_contact=every.append, on_part=every.append)
-    for pairs in ([("ball", "peg")], [("bullet", "ball"), ("ball", "top")], [(1, "wall"), ("*", "peg")]):
+    for pairs in ([("ball", "peg")], [["bullet", "ball"], ("ball", "top")], [(1, "wall"), ("*", "peg")]):
         for parts in (False, True):
             sim, stop = kt.Simulation(scene(), "cells"), kt.StopAt(pairs=pairs, parts=parts, before=before)
             found = []
@@ -142,7 +142,7 @@ def test_stop_at_takes_pairs_of_kinds(before):
                 if (parts or event.kind != "part")
                 and any(
                     (1 in event.bodies and event.wall) if pair == (1, "wall") else is_meant(pair, event)
-                    for pair in pairs
+                    for pair in map(tuple, pairs)
                 )
             ]
             assert found == meant
@@ -269,6 +269,9 @@ def test_true_stops_the_run_there_and_an_error_ends_it_at_that_contact():
         ({"on_contact": {"ball": None}}, TypeError, "which is no function"),
         ({"on_part": {("ball", "top"): print}}, ValueError, "on_part: walls cannot be passed"),
         ({"stop_at": kt.StopAt(pairs=[(0, "ball")])}, ValueError, "0 is no kind of this scene"),
+        ({"stop_at": kt.StopAt(pairs=("ball", "peg"))}, ValueError, "or two kinds; found 'ball'"),
+        ({"stop_at": kt.StopAt(pairs=(0, 1))}, ValueError, "or two kinds; found 0"),
+        ({"stop_at": kt.StopAt(pairs=[("ball",)])}, ValueError, "or two kinds; found"),
         ({"on_contact": int}, TypeError, "expected a function"),
         ({"on_contact": print, "stop_at": kt.StopAt()}, TypeError, "stop_at or on_contact"),
     ],

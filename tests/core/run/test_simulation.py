@@ -146,7 +146,7 @@ def test_a_command_after_the_scenes_own_end_is_told(caplog):
     sim.run()
     (told,) = caplog.records
     assert told.getMessage().startswith(
-        "kinetile: the scene ends at 1.0, so its command at 2.0 does not happen"
+        "kinetile: this run goes to 1.0, the scene's end, and its command at 2.0 is later"
     )
     assert len(sim.bodies) == 4
 

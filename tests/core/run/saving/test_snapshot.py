@@ -350,3 +350,15 @@ def test_a_snapshot_of_a_game_grew_with_each_command():
     sim.set_velocity(0, (0.0, 1.0))
     assert sim.step().kind == "wall"
     assert sim.snapshot().state.entries.unrecorded == ()
+
+
+@pytest.mark.small
+@pytest.mark.parametrize("lifetime", [5.0, 600.0])
+def test_a_recording_with_a_far_lifetime_had_another_state(lifetime):
+    sim = kt.Simulation(kt.Scene([[4, 2]], [[0.25, 0.125]], 0.25, arena=(8, 4)), "cells", live=True)
+    sim.run(0.5)
+    sim.insert((1, 1), (1, 0), radius=0.125, lifetime=lifetime)
+    sim.run(0.75)
+    again = kt.Simulation(sim.recorded(), "cells")
+    again.run()
+    assert again.state_fingerprint == sim.state_fingerprint
