@@ -63,7 +63,7 @@ def test_the_sample_run_has_the_same_fingerprint_under_every_phase(phase):
 
 @pytest.mark.slow
 def test_the_table_of_speeds_has_as_many_events_for_a_contact_as_there_are():
-    phases = ("naive", "cells", "sap-1d", "sap-2d", "sweep-tiling")
+    phases = ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power")
     head = "|density|" + "|".join(f"`{phase}`" for phase in phases) + "|"
     (table,) = re.findall(r"## Contacts a second\n(.*?)\n## ", WHICH, flags=re.DOTALL)
     rows = cells(table, head)
