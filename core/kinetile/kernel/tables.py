@@ -285,6 +285,7 @@ JAM = record(
     ("window", "i8", COUNT, CARRIED),  # contacts since the last look at the rate
     ("window_size", "i8", COUNT, DERIVED),
     ("window_tick", "i8", PAST, CARRIED),
+    ("answered", "f8", VALUE, CARRIED),  # what contacts had added to the energy before the window
 )
 STOPS = record(
     ("watching", "i8", VALUE, KEPT),  # whether contacts are watched

@@ -87,6 +87,23 @@ def test_a_program_had_to_catch_the_error_of_a_squeeze_and_run_again():
     assert len(told) == 2
 
 
+@pytest.mark.compiled
+@pytest.mark.own_loop
+@pytest.mark.slow
+def test_a_paddle_that_backs_off_was_told_as_a_squeeze():
+    """Gap times speed is constant: so many contacts are left until the ball is as slow as the paddle."""
+    scene = kt.Scene(
+        [(1, 1), (3, 1)], [(1, 0), (0, 0)], [0.5, 0.25], mass=[INF, 1], arena=(4, 2),
+        kind=["paddle", "ball"], responses={("paddle", "wall"): "stop"},
+    )  # fmt: skip
+    sim = kt.Simulation(scene, "cells", live=True)
+    with pytest.raises(ZenoError, match="squeezed"):
+        sim.run(until=6.0)
+    sim.set_velocity(0, (-1.0, 0.0))
+    assert sim.run(until=6.0)
+    assert len(sim.contacts) == 9600
+
+
 SHAPES = [
     *(kt.disc(0.125), kt.box(0.25, 0.125), kt.capsule((-0.125, 0.0), (0.125, 0.0), 0.0625)),
     *(kt.disc(0.375), kt.box(0.75, 0.25), kt.capsule((0.0, -0.25), (0.0, 0.25), 0.125)),

@@ -180,10 +180,10 @@ def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
     a squeeze, between immovable bodies that close in, or one and a wall, flights become short much later,
     after as many contacts as the body's speed is a multiple of theirs. So it is known by its speed: a
     thousand times that of the fastest that pushes, and with 10^4 times the energy that the start and commands
-    have given to all. With losses it stays slow, and rounding keeps its flights from ending, which a fast
-    body elsewhere hides: so a contact with what pushes ends the run earlier. Bodies are the present ones:
-    bounds for all time know the commands of a scene, and a run with commands by hand and its recording would
-    jam apart.
+    have given to all; and it still gains: one between bodies that go apart again is as fast, and loses. With
+    losses it stays slow, and rounding keeps its flights from ending, which a fast body elsewhere hides: so a
+    contact with what pushes ends the run earlier. Bodies are the present ones: bounds for all time know the
+    commands of a scene, and a run with commands by hand and its recording would jam apart.
     """
     clock = k.clock[0]
     radius = math.inf
@@ -202,7 +202,7 @@ def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
     if squares > 0.0:
         flight = 1e-13 * radius / math.sqrt(squares)
     given = larger(energy - k.counts[0].answered_energy, 0.0)
-    still = 0.0
+    gains, still = k.counts[0].answered_energy > clock.jam.answered, 0.0
     for slot, other in ((a, b), (b, a)):
         if slot >= 0 and pushing > 0.0 and k.mass[slot] < math.inf:
             body = k.bodies[slot]
@@ -211,7 +211,8 @@ def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
             still = PRESSED_TO * radius / math.sqrt(larger(squares, falls)) / clock.present
             if other >= 0 and k.mass[other] == math.inf and square_of_speed(k.bodies[other]) > 0.0:
                 flight = larger(flight, still)
-            if square > SQUEEZED_BY**2 * larger(pushing, falls) and 0.5 * k.mass[slot] * square > 1e4 * given:
+            fast = square > SQUEEZED_BY**2 * larger(pushing, falls)
+            if fast and gains and 0.5 * k.mass[slot] * square > 1e4 * given:
                 flight = SQUEEZED_TO * body.radius / math.sqrt(square) / clock.present
                 fault, squeezed = SQUEEZED, slot
     size = clock.jam.window_size
@@ -248,6 +249,7 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
     if full and (_has_command(k, tick) or not _blame_a_jam(k, tick - jam.window_tick, a, b)):
         jam.window = 0
         jam.window_tick = tick
+        jam.answered = k.counts[0].answered_energy
 
 
 @hook
