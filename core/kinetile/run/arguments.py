@@ -543,7 +543,7 @@ class StopAt:
     """
 
     bodies: Iterable[int] = ()
-    pairs: Iterable[tuple[Kind, Kind]] = ()
+    pairs: Iterable[tuple[int | str, int | str]] = ()
     kinds: Kind | Iterable[Kind] = ()
     parts: bool = False
     before: bool = False

@@ -566,7 +566,7 @@ class Simulation(Moment):
         kind: Kind | Sequence[Kind] | None = None,
         shape: Shape | int | Sequence[Shape | int] | None = None,
         acceleration: Numbers | None = None,
-        lifetime: npt.ArrayLike | None = None,
+        lifetime: Radii = None,
     ) -> Inserted:
         """Inserts bodies now, one after the other, as ``insert`` does: those that have room.
 
