@@ -1,7 +1,7 @@
 """Billiards: balls that the cloth slows down, pockets, and a shot that is over when all balls rest.
 
 ``python docs/examples/billiards.py`` plays shots at a rack of ten until the table is empty of nine, or ten
-shots. Deceleration is opposite to the velocity, so it is set anew after each contact; between two contacts
+shots. Deceleration is opposite to the velocity, so it is set again after each contact; between two contacts
 the path is a line and a ball stops at a known time.
 """
 
@@ -64,7 +64,7 @@ class Table:
         self.sim.set_acceleration(ball, (-share * vx, -share * vy))
 
     def hit(self, event: kt.Event) -> bool:
-        """Sets the decelerations anew; the run goes on to another end, so it stops here."""
+        """Sets the decelerations again; the run goes on to another end, so it stops here."""
         for ball in event.bodies:
             self.brake(ball)
         return True

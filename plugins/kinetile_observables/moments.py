@@ -68,7 +68,7 @@ class Temperature(Observable):
         mass, velocity, degrees = inner_motion(moment)
         energies = (mass * velocity**2).sum(axis=1)
         sums = {name: (energies[its].sum(), degrees[its].sum()) for name, its in parts(moment, "kT").items()}
-        # Nobody has no degrees, nor has one body alone on a torus.
+        # Without bodies there are no degrees, nor has one body alone on a torus any.
         return {name: float(energy / many) for name, (energy, many) in sums.items() if many > 0.0}
 
 

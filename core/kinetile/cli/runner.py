@@ -86,7 +86,7 @@ def run_to_end(
             show_labels(_lines(found, simulation.scene, verbose))
             if observe:
                 show(observed_table(simulation.observed))
-    finally:  # also where nobody reads the result
+    finally:  # also where the reader of the result has gone
         if observe_to is not None:
             write_observed(simulation.observed, observe_to)
     if ending.code:

@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Mistake, constructed
-from kinetile.kernel.log import ACCELERATED, INSERTED, LEFT, MOVED, OF_KIND, TURNED, WALLS
-from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME
+from kinetile.kernel.compiled import python_of
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED, WALLS
+from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME, flag_of
 from kinetile.kernel.tables import NOBODY
 from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
@@ -51,10 +52,6 @@ _NO_NUMBERS = bool, np.bool_, float, np.floating
 _FLOATS = {float, np.float64}
 
 _SIZE = "at most 2**200 in size"
-
-_LATE = (
-    "kinetile: this run goes to %r, the scene's end, and its command at %r is later. Expected a later until"
-)
 
 
 def read_point(value: object, name: str) -> Point:
@@ -197,10 +194,6 @@ def read_end(
             f"until={until} is after the scene's end, {last}: expected at most that, since without walls "
             "accelerated bodies become ever faster; or give the scene a later one"
         )
-    planned = scene.commands[-1].time if scene.commands else until
-    ends = until == settings.until and settings.end is None and contacts == events == UNLIMITED
-    if ends and engine.time < until < planned:
-        logging.getLogger("kinetile").warning(_LATE, until, planned)
     clock, now = engine.clock, engine.now
     exact, quota = settings.end if until == settings.until else None, UNLIMITED
     if exact is not None:
@@ -211,6 +204,17 @@ def read_end(
         own = "" if given is not None else ", and is the scene's own end: give another by until="
         raise ValueError(f"until={until} lies in the past{own}; the time is {engine.time}")
     return End(until, ticks, quota, contacts, events)
+
+
+def tell_of_late_commands(engine: Engine, end: End) -> None:
+    """Logs that a run ends with its scene, before a planned command; a recording ends there on purpose."""
+    scene, until = engine.scene, end.until
+    of_scene = until is not None and until == scene.settings.until and scene.settings.end is None
+    if of_scene and scene.commands and end.contacts == end.events == UNLIMITED:
+        planned = scene.commands[-1].time
+        if engine.time < cast("float", until) < planned:
+            what = "kinetile: this run goes to %r, the scene's end, and its command at %r is later"
+            logging.getLogger("kinetile").warning(what + ". Expected a later until", until, planned)
 
 
 def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
@@ -549,7 +553,7 @@ class StopAt:
     before: bool = False
 
 
-SIDES = {side: 1 << (LEFT - wall) for wall, side in WALLS.items()}
+SIDES = {side: int(python_of(flag_of)(0, wall)) for wall, side in WALLS.items()}
 EVERY_SIDE = sum(SIDES.values())
 
 

@@ -61,7 +61,7 @@ class Calls:
 def read_calls(
     on_contact: OnContact | None, on_part: OnContact | None, known: tuple[Kind, ...]
 ) -> Calls | None:
-    """Returns the functions of a run. TypeError for what is none, ValueError for unknown kinds."""
+    """Returns the functions of a run. TypeError for what is no function, ValueError for unknown kinds."""
     calls = [*_read("on_contact", on_contact, known), *_read("on_part", on_part, known)]
     if not calls:
         return None

@@ -307,6 +307,7 @@ class Simulation(Moment):
             alone = until is not None and max_contacts is max_events is None  # the run goes to a given time
             until = arguments.read_until(engine, until, duration)
             end = arguments.read_end(engine, until, max_contacts, max_events)
+            arguments.tell_of_late_commands(engine, end)
             idle = alone and self.scene.start < engine.time == end.until and not self._told
             here = engine.events if idle else None
             calls = read_calls(on_contact, on_part, self.scene.kinds)
@@ -390,6 +391,7 @@ class Simulation(Moment):
         read, turn or run the simulation. Raises as ``run`` does."""
         until = self.scene.settings.until if until is None else until
         end = End() if until is None else arguments.read_end(self._engine, until)
+        arguments.tell_of_late_commands(self._engine, end)
         scene = self._engine.scene
         while True:
             with _Alone(self, "step"):
@@ -546,8 +548,8 @@ class Simulation(Moment):
             )
         with _Alone(self, "take a body in"):
             engine, size = self._engine, cast("float", radius)
-            insertion = Insert(0.0, position, velocity, size, mass, -1, None, kind, shape, acceleration)
-            insertion = insertion._replace(lifetime=lifetime)
+            own = position, velocity, size, mass, -1, None, kind, shape, acceleration
+            insertion = Insert(0.0, *own, lifetime=lifetime)
             rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
             if name is not None:
                 arguments.check_name(name, self._names)
@@ -942,10 +944,10 @@ class Simulation(Moment):
             return event
         k = self._engine.k
         slots = [int(k.slots[body]) for body in event.bodies]
-        if min(slots, default=0) < 0:  # gone, or still to come
+        if not len(k.rules) or min(slots, default=0) < 0:  # gone, or still to come
             return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
-        of = np.asarray(k.traits)["kind"] if len(k.rules) else np.zeros(max(slots, default=0) + 1, np.int64)
-        return event._replace(kinds=tuple([self.scene.kinds[of[slot]] for slot in slots]))
+        numbers = np.asarray(k.traits)["kind"]
+        return event._replace(kinds=tuple([self.scene.kinds[numbers[slot]] for slot in slots]))
 
     def _query(self) -> Query:
         engine = self._engine

@@ -30,8 +30,8 @@ def test_it_is_called_with_every_contact_in_order_and_changes_nothing(phase):
     told, rows = [], []
     sim, plain = (kt.Simulation(kt.make_scene("grid", bodies=6, seed=1), phase) for _ in range(2))
     plain.run(until=1.0, observe=["pressure"])
-    recorder = lambda some: rows.append(len(some))  # noqa: E731
-    sim.run(1.0, on_contact=told.append, on_part=told.append, recorder=recorder, observe=["pressure"])
+    recorder = {"recorder": lambda some: rows.append(len(some))}
+    sim.run(1.0, on_contact=told.append, on_part=told.append, observe=["pressure"], **recorder)
     assert moments_of(told) == moments_of(sim) == moments_of(plain)
     assert sim.time == 1.0
     assert sum(rows) == len(told)

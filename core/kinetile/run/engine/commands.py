@@ -205,13 +205,14 @@ class Agenda:
     def plan_removal(self, tables: Tables, clock: Clock, body: int, ticks: int) -> None:
         """Adds the removal of a body, after the commands of that moment."""
         new, (later, rows) = np.zeros(1, COMMAND), self.later
-        new["body"], new["code"], new["tick"] = body, REMOVED, min(clock.relative(ticks), SPAN)
+        new["body"], new["code"] = body, REMOVED
         if ticks >= clock.base * TICKS + SPAN:
             at = _behind(later, rows["after"], ticks)
             self.later = Planned(
                 (*later[:at], ticks, *later[at:]), np.concatenate([rows[:at], new, rows[at:]])
             )
             return
+        new["tick"] = clock.relative(ticks)
         lists = tables.fields.lists
         if lists.command[0] == 0:
             tables.k = _with_rows(tables.k, waiting(tables.k), FRONT)

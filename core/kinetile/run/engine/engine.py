@@ -348,11 +348,7 @@ class Engine(Tables):
         if stop is None:
             return
         k, sizes = self.k, (len(self.k.slots), stop.kinds.size, len(stop.pairs))
-        if sizes != (
-            len(k.watch),
-            len(k.watched_kinds),
-            len(k.watched),
-        ):  # to be packed anew
+        if sizes != (len(k.watch), len(k.watched_kinds), len(k.watched)):  # the tables are packed again
             watch, kinds = (np.zeros(size, np.uint8) for size in sizes[:2])
             k = k._replace(watch=watch, watched_kinds=kinds, watched=record_table(OFFER, sizes[2]))
             self.k = k
@@ -592,10 +588,9 @@ class Engine(Tables):
 
     def _plan_ends(self, rows: Rows) -> None:
         """Plans the removals of bodies inserted now that have a lifetime."""
-        time = self.clock.moment(self.clock.total(self.now))[0]
-        for body, lifetime in zip(rows["body"].tolist(), rows["lifetime"].tolist(), strict=True):
-            if lifetime:
-                self.agenda.plan_removal(self, self.clock, body, self.clock.ticks(time + lifetime))
+        for row in rows[rows["lifetime"] > 0.0]:
+            time = self.clock.moment(self.clock.total(self.now))[0] + float(row["lifetime"])
+            self.agenda.plan_removal(self, self.clock, int(row["body"]), self.clock.ticks(time))
 
     def _blockers(self, rows: Rows) -> npt.NDArray[np.int64]:
         """Returns for each body that commands insert, one by one, the slot or the wall that it would reach

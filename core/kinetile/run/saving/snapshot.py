@@ -76,10 +76,8 @@ class Snapshot:
     def state_fingerprint(self) -> str:
         """Hex digest of bodies, passings, clock and commands to come, as ``Simulation.state_fingerprint``."""
         contents, later = self.state.contents, self.state.later
-        coming = later.rows.copy()
-        coming["tick"] = 0  # it is given when they are due
         lengths = (*map(len, contents), self.state.base, later.ticks, self.state.shapes)
-        found = [repr(lengths).encode(), coming.tobytes(), self.state.overlapping.tobytes()]
+        found = [repr(lengths).encode(), later.rows.tobytes(), self.state.overlapping.tobytes()]
         for rows in (*contents[:3], contents.clock):  # counts tell of the past, stops of the caller
             names = (each.name for each in declared(rows.dtype, Role.CARRIED))
             found += [rows[name].tobytes() for name in names if not name.startswith("stops.")]
