@@ -9,9 +9,11 @@ import os
 import subprocess
 import sys
 import zipfile
+from importlib.util import module_from_spec
 from pathlib import Path
 from textwrap import dedent
 from typing import Any
+from zipimport import zipimporter
 
 import pytest
 
@@ -250,3 +252,11 @@ def test_damaged_metadata_harms_nobody_else(tmp_path: Path) -> None:
     assert "naive" in names
     assert [f for f in failures if "its entry points cannot be read" in f and f.startswith("ours:")]
     assert not [f for f in failures if f.startswith("other")]
+
+
+def test_from_a_zip_a_run_ended_with_the_name_of_a_file_that_is_no_directory(tmp_path):
+    with zipfile.ZipFile(tmp_path / "kinetile.whl", "w") as wheel:
+        wheel.write(kt.__file__, "kinetile/__init__.py")
+    spec = zipimporter(str(tmp_path / "kinetile.whl")).find_spec("kinetile")
+    with pytest.raises(ImportError, match=r"within an archive \(.*kinetile\.whl.*\): unpack the wheel$"):
+        spec.loader.exec_module(module_from_spec(spec))
