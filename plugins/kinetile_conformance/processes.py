@@ -1,7 +1,7 @@
 """Programs that surely end, and fresh interpreters that call functions of the kit. A program is sent bytes,
 and sends something back: an engine lines, an interpreter of the kit pickles; what that prints, and the stack
-that ``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close, and
-it ends too."""
+that ``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close,
+and it ends too, with its folder."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import gc
 import os
 import pickle
 import queue
+import shutil
 import signal
 import subprocess
 import sys
@@ -150,7 +151,7 @@ class Child(Program):
             "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path),
             "HYPOTHESIS_STORAGE_DIRECTORY": self._folder.name,  # not the working folder of the caller
         }
-        command = [sys.executable, "-P", "-c", f"from {__name__} import main; main()"]
+        command = [sys.executable, "-P", "-c", f"from {__name__} import main; main()", self._folder.name]
         env = {**os.environ, **own, **(environment or {})}
         with self._file.open("wb") as printed, uncounted():
             super().__init__(command, pickle.load, stderr=printed, env=env)
@@ -259,6 +260,7 @@ def _themselves(seconds: float, subject: Subject, _: Hear) -> Subject:
 
 def main() -> None:
     """Serves in a process of its own, through the pipes that are its input and output at first."""
+    folder = sys.argv.pop()
     faulthandler.enable(file=2)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with contextlib.suppress(ImportError, ValueError):  # Windows has neither
@@ -288,7 +290,7 @@ def main() -> None:
         server = make(subject, send)
         gc.freeze()  # what is loaded by now stays: to look through it takes a tenth of a second each time
         calls: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
-        threading.Thread(target=_listen, args=(link, calls), daemon=True).start()
+        threading.Thread(target=_listen, args=(link, calls, folder), daemon=True).start()
         while True:
             function, arguments = calls.get()
             try:
@@ -303,11 +305,13 @@ def main() -> None:
         raise
 
 
-def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any]) -> None:
-    """Passes on the calls that the other process sends; ends this one when that has closed its end."""
+def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any], folder: str) -> None:
+    """Passes on the calls that the other process sends; ends this one, and removes its folder, when that has
+    closed its end: a process that was killed, or a worker of pytest-xdist, removes nothing at its exit."""
     with contextlib.suppress(EOFError, OSError):
         while True:
             calls.put(pickle.load(link))
+    shutil.rmtree(folder, ignore_errors=True)
     os._exit(71)
 
 

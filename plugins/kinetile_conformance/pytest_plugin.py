@@ -1,5 +1,4 @@
-"""One pytest test for each check, named after it, in an author's own tests. pytest imports this file in every
-run, to end the children, so the kit itself is imported only when it is needed."""
+"""One pytest test for each check, named after it, in an author's own tests."""
 
 from __future__ import annotations
 
@@ -11,9 +10,6 @@ import pytest
 
 if TYPE_CHECKING:
     from kinetile_conformance.runner import Options
-
-OPEN: list[Any] = []
-"""The runners in use, each with a child process."""
 
 
 def parametrize_with_checks(
@@ -34,7 +30,6 @@ def parametrize_with_checks(
     check_options("broad phase", name, phase, plan.subject.options)
     phase(**plan.subject.options)
     runner = IsolatedRunner(plan)
-    OPEN.append(runner)
     smoke_test = cache(runner.smoke_test)
 
     def case(check: str) -> Any:
@@ -50,9 +45,3 @@ def parametrize_with_checks(
         return pytest.param(run, id=check, marks=marks)
 
     return pytest.mark.parametrize("check", [case(check) for check in plan.checks])
-
-
-def pytest_unconfigure() -> None:
-    """Ends the children that judged; a worker of pytest-xdist runs nothing at its exit."""
-    while OPEN:
-        OPEN.pop().close()

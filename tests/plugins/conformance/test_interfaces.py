@@ -1,5 +1,8 @@
 """The interfaces of the kit besides the command: a function, and a decorator for pytest."""
 
+import tomllib
+from pathlib import Path
+
 import pytest
 
 from kinetile_conformance import CHECKS, check_broad_phase, parametrize_with_checks
@@ -31,3 +34,9 @@ def test_it_makes_a_test_of_each_check():
     (expected,) = cases["its-structure-is-true"].marks
     assert expected.name == "xfail"
     assert expected.kwargs == {"reason": "issue 7", "strict": True}
+
+
+def test_every_run_of_pytest_imported_the_kit():
+    """To end its children, which end by themselves."""
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))
+    assert "pytest11" not in project["project"]["entry-points"]

@@ -315,10 +315,12 @@ def gone(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
-@pytest.mark.parametrize("number", first(1, [signal.SIGINT, signal.SIGKILL]))
+@pytest.mark.parametrize("number", first(1, [signal.SIGKILL, signal.SIGINT]))
 def test_the_child_goes_with_whoever_asked(number: int, installed: list[str], tmp_path: Path) -> None:
     noted = tmp_path / "pid"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*installed, *OWN]), "HOSTILE_PID": str(noted)}
+    environment["TMPDIR"] = str(tmp_path / "temporary")
+    (tmp_path / "temporary").mkdir()
     asking = subprocess.Popen(
         [sys.executable, "-c", ASK.format(name="hangs-in-arrange")],
         env=environment,
@@ -336,3 +338,4 @@ def test_the_child_goes_with_whoever_asked(number: int, installed: list[str], tm
     assert asking.returncode != 0
     assert number != signal.SIGINT or "KeyboardInterrupt" in errors
     assert gone(int(noted.read_text(encoding="utf-8")))
+    assert not [*(tmp_path / "temporary").glob("kinetile-child-*")]
