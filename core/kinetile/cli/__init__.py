@@ -52,6 +52,7 @@ class _WithPlugins(CommandGroup):
         if self._complete:
             return
         self._complete = True
+        self.commands["cache"] = self.commands.pop("cache")  # Typer has groups before commands
         from kinetile.plugin.registry import installed
 
         for plugin in installed(COMMANDS_GROUP):
@@ -99,11 +100,11 @@ _PANELS: dict[str, tuple[Callable[..., None], ...]] = {
     "Run": (run.run, run.resume, run.recover, compare.compare),
     "Show": (show.draw, show.view, export.export),
     "Plugins and scenes": (plugins.scenes, plugins.plugins, plugins.new_plugin),
-    "Compiled loops": (cache.cache,),
 }
 for _panel, _commands in _PANELS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
+app.add_typer(cache.app, name="cache", rich_help_panel="Compiled loops")
 
 
 def main() -> None:

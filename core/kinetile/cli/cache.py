@@ -1,4 +1,5 @@
-"""The command ``kinetile cache``: where compiled loops and hooks are kept, for which versions; their removal.
+"""The command ``kinetile cache``: where compiled loops and hooks are kept, for which versions; their removal,
+and ``kinetile cache warm``: their compilation in advance.
 
 Only files of the compile cache are touched: ``NUMBA_CACHE_DIR`` may name a folder with other things in it.
 """
@@ -14,16 +15,22 @@ from typing import Annotated, Any
 
 import typer
 
+from kinetile.cli import options as cli
 from kinetile.cli.options import Csv, Json, flag
 from kinetile.cli.output import printed, show, table_of
-from kinetile.cli.terminal import FAULT, notice
+from kinetile.cli.terminal import FAULT, echo, notice
+from kinetile.errors import BadOption
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
 # .tmp: of a write that was cut off
 _FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi|(?P<hook>\.nbh))(\.tmp\.\w+)?")
 
+app = typer.Typer(cls=cli.CommandGroup)
 
+
+@app.callback(invoke_without_command=True)
 def cache(
+    context: typer.Context,
     clear: Annotated[
         bool, flag("Remove all of them: the next run of each phase compiles again.", "--clear")
     ] = False,
@@ -34,9 +41,13 @@ def cache(
 
     For example: kinetile cache --clear
     """
-    from kinetile.kernel.compiled.cache import folder
+    if context.invoked_subcommand is not None:
+        if clear or json or csv:
+            raise BadOption("kinetile cache has options before `warm`; expected them after it")
+        return
+    from kinetile.kernel.compiled.cache import folder, problem
 
-    here = folder()
+    here, wrong = folder(), problem()
     root = here.parent
     folders = [each for each in sorted(root.iterdir()) if each.is_dir()] if root.is_dir() else []
     versions = {each: found for each in folders if (found := _FOLDER.fullmatch(each.name))}
@@ -47,6 +58,7 @@ def cache(
         "removed": clear,
         "bytes": sum(row["bytes"] for row in rows),
         "versions": rows,
+        "problem": wrong or None,
     }
     if not printed(result, rows, json=json, csv=csv):
         columns: dict[str, Callable[[Any], str]] = {
@@ -58,12 +70,49 @@ def cache(
             "| last used": lambda row: (row["last_used"] or "-").partition("T")[0],
             "": lambda row: "in use by this installation" if row["used_here"] else "",
         }
-        table = table_of(rows, columns) if rows else "nothing is kept: no loop has been compiled yet"
-        show(f"{'removed from' if clear else 'folder'}: {root}", table)
+        table = table_of(rows, columns) if rows else wrong or "nothing is kept: no loop has been compiled yet"
+        show(f"{'removed from' if clear else 'folder'}: {root}", table, wrong if rows else "")
     for sentence in left:
         notice(f"kinetile: cannot be removed: {sentence}")
     if left:
         raise typer.Exit(FAULT)
+
+
+@app.command()
+def warm(
+    scenes: Annotated[list[str], cli.argument("Recipes' names or .toml files.", "SCENE")],
+    parameters: cli.Parameters = None,
+    broad_phase: cli.BroadPhase = None,
+    option: cli.Options = None,
+    narrow_phase: cli.NarrowPhases = None,
+    live: Annotated[bool, flag("With all commands, as by `live=True`.", "--live")] = False,
+    json: Json = False,
+    csv: Csv = False,
+) -> None:
+    """Compile the loops of scenes in advance, as for an image of a container, or a lesson.
+
+    For example: kinetile cache warm grid cradle
+    """
+    from kinetile.run.simulation import Simulation
+
+    name, options = cli.broad_choice(broad_phase, option)
+    how: Any = {"options": options or None, "narrow_phases": cli.narrow_choice(narrow_phase), "live": live}
+    simulations = [Simulation(cli.find_scene(each, parameters), name, **how) for each in scenes]
+    rows = []
+    for scene, simulation in zip(scenes, simulations, strict=True):
+        phases, there = [simulation.broad_phase, *simulation.narrow_phases], simulation.cached
+        if there is None:
+            raise BadOption("NUMBA_DISABLE_JIT is set, so nothing is compiled: unset it")
+        seconds = simulation.compile()
+        kept = bool(simulation.cached)
+        it = {"scene": scene, "phases": phases, "was_there": there, "kept": kept, "cpu_seconds": seconds}
+        rows.append(it)
+        if not (json or csv):
+            said = "was there already" if there else f"compiled in {seconds:.1f} CPU s"
+            echo(f"{scene}: {', '.join(phases)}: {said}")
+    printed(rows, rows, json=json, csv=csv)
+    if not all(row["kept"] for row in rows):
+        raise typer.Exit(FAULT)  # the log has said why
 
 
 def _files(folder: Path) -> dict[Path, re.Match[str]]:

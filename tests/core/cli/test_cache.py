@@ -8,7 +8,7 @@ import numba
 import pytest
 
 import kinetile as kt
-from command_line import kinetile, printed
+from command_line import kinetile, printed, refused
 
 HERE = f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 OTHER = "numba-0.1.0-llvmlite-0.2.0"
@@ -55,6 +55,29 @@ def test_an_empty_cache_is_no_error(tmp_path, monkeypatch):
     assert "nothing is kept" in kinetile("cache --clear").stdout
     assert printed("cache")["versions"] == []
     assert not (tmp_path / "nothing").exists()
+
+
+def test_a_folder_that_cannot_be_made_was_no_loop_compiled_yet(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file" / "folder"))
+    (tmp_path / "file").touch()
+    text = kinetile("cache").stdout
+    assert "machine code cannot be kept in " in text
+    assert "set NUMBA_CACHE_DIR to a folder that can be written" in text
+    assert "no loop has been compiled yet" not in text
+    assert printed("cache")["problem"] in text
+
+
+@pytest.mark.compiled
+def test_loops_are_compiled_in_advance_once(monkeypatch):
+    line = "cache warm grid -s bodies=4 --broad-phase naive"
+    printed(line)
+    (row,) = printed(line)
+    assert (row["scene"], row["was_there"], row["kept"]) == ("grid", True, True)
+    assert "grid: naive, disc, wall: was there already" in kinetile(line).stdout
+    monkeypatch.setattr(kt.Simulation, "cached", False)  # as where nothing can be written
+    assert "CPU s" in kinetile(line, code=1).stdout
+    monkeypatch.setattr(kt.Simulation, "cached", None)
+    assert "NUMBA_DISABLE_JIT is set" in refused(line)
 
 
 @pytest.mark.compiled

@@ -35,6 +35,7 @@ LINES = {
     "export": "ü.toml --until 0.5 --to ü.xyz",
     "new-plugin": "--help",
     "cache": "--help",
+    "cache warm": "--help",
     "oracle": "ü.toml --until 1",
     "replay": "naive ü.toml",
     "conform": "naive --list",

@@ -419,18 +419,33 @@ def test_a_long_compilation_is_told(folder, monkeypatch, caplog):
 
 
 @needs_compiler
-def test_a_cache_that_cannot_be_written_is_done_without(folder, monkeypatch):
-    """The disk is full; then there is no folder at all."""
+@pytest.mark.usefixtures("compiled_here")
+def test_a_cache_that_could_not_be_written_was_not_read_and_nothing_was_said(folder, monkeypatch, caplog):
+    """A loop is kept; then nothing can be written, the disk is full, and there is no folder at all."""
     from numba.core.caching import IndexDataCacheFile
 
-    def full(*arguments, **named):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    def failing(number):
+        def fails(*arguments, **named):
+            raise OSError(number, os.strerror(number))
 
-    monkeypatch.setattr(IndexDataCacheFile, "_save_data", full)
+        return fails
+
     assert composed_again()(41.5) == 42
+    monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", failing(errno.EROFS))
+    monkeypatch.setattr(cache.tempfile, "TemporaryFile", failing(errno.EROFS))
+    assert compiled.is_cached(composed_again())
     assert composed_again()(41.5) == 42
-    monkeypatch.setattr(Path, "mkdir", full)
-    assert composed_again()(41.5) == 42
+    assert caplog.text == ""
+    for number in (errno.EROFS, errno.ENOSPC, errno.ENOTDIR):
+        monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", failing(number))
+        if number == errno.ENOTDIR:
+            (folder / "file").touch()
+            monkeypatch.setattr("numba.config.CACHE_DIR", str(folder / "file"))
+        assert [hooks_again(number)(41.5) for _ in range(2)] == [41 + number] * 2
+        (record,) = caplog.records
+        assert (record.name, record.levelname) == ("kinetile", "WARNING")
+        assert f"({os.strerror(number)}): each process compiles again what is not there" in record.message
+        caplog.clear()
 
 
 def test_the_versions_of_numba_are_those_of_the_package():

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from functools import cache, partial
 from inspect import Parameter, Signature
 from pathlib import Path
@@ -49,6 +48,7 @@ def misfit(what: str) -> str:
 try:
     from numba.core import cgutils as _cgutils
     from numba.core.bytecode import FunctionIdentity
+    from numba.core.caching import CompileResultCacheImpl as CompileResultCacheImpl
     from numba.core.caching import FunctionCache as FunctionCache
     from numba.core.caching import IndexDataCacheFile as IndexDataCacheFile
     from numba.core.ccallback import CFunc
@@ -78,7 +78,8 @@ cgutils: Any = _cgutils
 arrayobj: Any = _arrayobj
 
 MEMBERS: dict[Any, str] = {
-    FunctionCache: "load_overload save_overload flush _impl _cache_path _cache_file _py_func",
+    FunctionCache: "load_overload save_overload flush _impl _impl_class _cache_path _cache_file _py_func",
+    CompileResultCacheImpl: "filename_base locator _filename_base _locator _lineno",
     IndexDataCacheFile: "load save _load_index _load_data _save_data _dump _data_path _index_path "
     "_open_for_write",
     CFunc: "compile address _cache",
@@ -415,12 +416,10 @@ def lowered(
 
 
 def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> Any:
-    """Returns a compiled function with an ``address``; ``cache`` makes its cache on disk, or raises
-    RuntimeError: there is no folder for it."""
+    """Returns a compiled function with an ``address``; ``cache`` makes its cache on disk."""
     made = cast(Any, CFunc)(
         function, (signature.args, signature.return_type), locals={}, options={"error_model": "numpy"}
     )
-    with suppress(RuntimeError):
-        made._cache = cache(function)
+    made._cache = cache(function)
     made.compile()
     return made

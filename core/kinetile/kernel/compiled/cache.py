@@ -15,7 +15,8 @@ run, or crash it, or compute something else. So each file ends with a digest of 
 for (the signature, the processor, the function's code) and with the SHA-256 of its name and of all that is
 before it, and nothing is unpickled before both are compared. An entry that is not right is dropped, and the
 code is compiled again; the log ``kinetile`` (on stderr, where logging is not set up) has one line a loop for
-all such entries. Only regular files are opened.
+all such entries. Only regular files are opened. A folder that cannot be written is read all the same, say one
+that ``kinetile cache warm`` has filled; what it lacks is compiled by each process, and the log says so.
 """
 
 from __future__ import annotations
@@ -30,11 +31,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from functools import cache, partial
 from pathlib import Path
+from types import FunctionType, SimpleNamespace
 from typing import Any, cast
 
 import platformdirs
 
+from kinetile.kernel.compiled import backend
 from kinetile.kernel.compiled.backend import FunctionCache, IndexDataCacheFile, llvmlite, numba
 from kinetile.sources import open_regular
 
@@ -50,36 +54,51 @@ def folder() -> Path:
     return Path(root) / f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 
 
-class _Locator:
-    """What Numba needs to know of a cache's place. It compares no dates of sources: the fingerprint in the
-    name says what machine code was made from."""
+def not_kept(error: Exception) -> str:
+    """Returns the sentence on machine code that cannot be written."""
+    why = getattr(error, "strerror", None) or error
+    return (
+        f"machine code cannot be kept in {folder()} ({why}): each process compiles again what is not there; "
+        "set NUMBA_CACHE_DIR to a folder that can be written"
+    )
 
-    def __init__(self, source: str) -> None:
-        self.folder = folder()
-        self._py_file = source  # named by Numba's warning of what it cannot keep: code without optimisation
 
-    def ensure_cache_path(self) -> None:
-        """Makes the folder. Raises OSError where nothing can be written to it."""
-        self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with tempfile.TemporaryFile(dir=self.folder):
-            pass
+def problem() -> str:
+    """Returns why no machine code can be written now, as a sentence; "" where it can. Makes no folder."""
+    place = folder()
+    try:
+        with tempfile.TemporaryFile(dir=next(x for x in (place, *place.parents) if x.exists())) as file:
+            file.write(bytes(100_000))
+    except OSError as error:
+        return not_kept(error)
+    return ""
+
+
+_tell_once = cache(partial(logging.getLogger("kinetile").warning, "kinetile: %s"))
+
+
+class _Place(backend.CompileResultCacheImpl):
+    """What Numba needs to know of a cache's place. Its own places need a folder that can be written, even if
+    nothing is, and compare dates of sources: here the fingerprint in the name says what it was made from."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        code = cast(FunctionType, function).__code__
+        self._lineno, self._filename_base = code.co_firstlineno, function.__qualname__
+        self._locator = SimpleNamespace(
+            get_cache_path=lambda: str(folder()),
+            get_source_stamp=str,
+            ensure_cache_path=lambda: None,  # a folder is made when a file is written
+            _py_file=code.co_filename,  # for Numba's warning of what it cannot keep: unoptimised code
+        )
 
 
 class CheckedCache(FunctionCache):
-    """Numba's cache of one function; its damaged files count as not there.
+    """Numba's cache of one function; its damaged files count as not there."""
 
-    Raises RuntimeError where there is no folder that it could be written to.
-    """
+    _impl_class = _Place
 
     def __init__(self, function: Callable[..., Any]) -> None:
         cast(Any, super()).__init__(function)
-        locator = _Locator(getattr(self._impl.locator, "_py_file", ""))
-        try:
-            locator.ensure_cache_path()
-        except OSError as error:
-            raise RuntimeError(f"machine code cannot be kept in {locator.folder}: {error}") from error
-        self._impl._locator = locator
-        self._cache_path = str(locator.folder)
         self._cache_file = cast(Any, _CheckedFiles)(self._cache_path, self._impl.filename_base, "")
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
@@ -94,9 +113,11 @@ class CheckedCache(FunctionCache):
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Writes the machine code for a signature; without room on the disk, the next process compiles it."""
-        with suppress(OSError, ValueError):  # the latter: an index that could not be dropped
+        try:
             cast(Any, super()).save_overload(signature, data)
             _remove_unused(Path(self._cache_path))
+        except (OSError, ValueError) as error:  # the latter: an index that could not be dropped
+            _tell_once(not_kept(error))
 
 
 class KeptHook:
@@ -130,9 +151,11 @@ class KeptHook:
 
     def save(self, data: Any) -> None:
         """Writes the code; without room, or with a type that has no name, the next process compiles it."""
-        unknown = pickle.PicklingError, AttributeError, TypeError
-        with suppress(OSError, *unknown), self._files._of(self._key):
-            self._files._save_data(self._file, data)
+        try:
+            with suppress(pickle.PicklingError, AttributeError, TypeError), self._files._of(self._key):
+                self._files._save_data(self._file, data)
+        except OSError as error:
+            _tell_once(not_kept(error))
 
 
 _dropped: ContextVar[list[tuple[str, Exception]] | None] = ContextVar("dropped", default=None)
@@ -152,6 +175,8 @@ def dropped_together() -> Iterator[None]:
 
 
 def _say_dropped(name: str, error: Exception, others: int = 0) -> None:
+    if not os.path.isdir(folder()):
+        return  # nothing is dropped: that nothing can be written is told where that fails
     together = _dropped.get()
     if together is not None:
         together.append((name, error))
@@ -223,6 +248,7 @@ class _CheckedFiles(IndexDataCacheFile):
 
     @contextmanager
     def _open_for_write(self, path: str) -> Iterator[io.BytesIO]:
+        os.makedirs(os.path.dirname(path), mode=0o755, exist_ok=True)
         with cast(Any, super())._open_for_write(path) as file:
             content = io.BytesIO()
             yield content
