@@ -11,7 +11,7 @@ import numpy as np
 import kinetile as kt
 import lanes
 from kinetile.errors import KinetileError
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.plugin.choices import read_phase
 
 PHASES: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -49,7 +49,7 @@ def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
 def compared(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
     """Return the same, but in the default lane only those of ``COMPILED``, along x, where loops are compiled:
     plain hooks run under all there, and a loop costs as much as a hundred tests."""
-    all_of_them = INTERPRETED or lanes.slow_ones
+    all_of_them = NOTHING_IS_COMPILED or lanes.slow_ones
     return tuple(
         (phase, options)
         for phase, options in choices(scene)
@@ -89,7 +89,7 @@ def outcome(
 def _narrow(scene: kt.Scene, phase: str) -> dict[str, dict[str, Any]] | None:
     """Returns narrow phases that have one loop for bodies that are alike and for others, to be compiled once;
     phases of ``ALIKE`` have both loops, so that these are compared."""
-    if INTERPRETED or scene.shapes or scene.settings.narrow_phases or phase in lanes.ALIKE:
+    if NOTHING_IS_COMPILED or scene.shapes or scene.settings.narrow_phases or phase in lanes.ALIKE:
         return None
     walls = {"wall": {}} if scene.arena is not None and scene.periodic != "xy" else {}
     return {"disc": {"general": True}, **walls}

@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, settings
 import cost
 import lanes
 from interpreting import of_this_process, pytest_runtest_logreport, pytest_runtestloop
-from kinetile.kernel.compiled import INTERPRETED, composer
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED, backend, composer
 from lanes import is_shared
 from programs import program
 
@@ -111,19 +111,18 @@ _shares_loops = False
 """Whether the test that runs may compile no loop of its own."""
 
 
-def _compiled_apart(here, njit):
+def _compiled_apart(here, entry):
     """Have loops compiled in forks, from whose cache this process loads them: the compiler leaves some 50 MB
     a loop behind, which a process that composes dozens of them would keep.
 
     The first loop is compiled here. Forks inherit what Numba has to know for any of them, and read the hooks
     that their loops share from the disk: 9.6 CPU seconds for a loop of naive become 3.4 for one of cells.
-    Return what stands in for the composer's ``_compiling`` and ``_njit``.
+    Return what stands in for the composer's ``_compiling`` and ``backend.entry``.
     """
     is_first = True
 
     def named(function, *arguments):
-        composed = njit(function, *arguments)
-        made = composed.made
+        made = entry(function, *arguments)
         compiles = made.compile
 
         def known(signature):
@@ -136,7 +135,7 @@ def _compiled_apart(here, njit):
             return compiles(signature)
 
         made.compile = known
-        return composed
+        return made
 
     @contextmanager
     def apart():
@@ -161,9 +160,10 @@ def _compiled_apart(here, njit):
     return apart, named
 
 
+composer._default = not NOTHING_IS_COMPILED  # here; commands in processes of their own begin as Python
 _HERE = composer._compiling
-if hasattr(os, "fork") and not INTERPRETED:
-    composer._compiling, composer._njit = _compiled_apart(_HERE, composer._njit)
+if hasattr(os, "fork") and not NOTHING_IS_COMPILED:
+    composer._compiling, backend.entry = _compiled_apart(_HERE, backend.entry)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -238,7 +238,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = of_this_process(items)
     if not lanes.is_default(config):
         items[:] = [item for item in items if not cost.is_judged_by(item)]
-    if INTERPRETED:
+    if NOTHING_IS_COMPILED:
         too_slow = pytest.mark.skip(reason="too many events for interpreted hooks")
         for item in items:
             if item.get_closest_marker("compiled"):

@@ -16,8 +16,10 @@ from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import hook
 from kinetile.toolbox.differences import difference_row
 from kinetile_accuracy.specification.shapes import Difference, entry, exit_
+from two_forms import compiled
 
 
+@compiled
 @hook
 def ask(alone, numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right, up, width, height):
     f, across, up = pointer(numbers), Axis(x, vx, x2, vx2, right, width), Axis(y, vy, y2, vy2, up, height)

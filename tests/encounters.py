@@ -13,7 +13,7 @@ import numpy as np
 from kinetile.kernel.certificates.contact import first_touch, last_touch, look_closer, touch_about
 from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.wall import reaches
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, PairQuadratic, wall_tick
 
@@ -28,7 +28,7 @@ Rng = np.random.Generator
 Rows = np.ndarray
 TICK = 2.0**-52
 
-if INTERPRETED:
+if NOTHING_IS_COMPILED:
 
     def compiled(function):
         return function

@@ -30,7 +30,7 @@ from typing import Any
 import pytest
 
 import cost
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 
 CHILD = "KINETILE_TEST_CHILD"
 """The variable that names a child's folder: it has the tests that are to run, and gets the reports."""
@@ -51,7 +51,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
         _run_as_child(session)
         return True
     marked = [item for item in session.items if _is_marked(item)]
-    if INTERPRETED or not marked or session.testsfailed or session.config.option.collectonly:
+    if NOTHING_IS_COMPILED or not marked or session.testsfailed or session.config.option.collectonly:
         return None
     _print_beside_capture(session.config)
     with tempfile.TemporaryDirectory() as folder:

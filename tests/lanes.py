@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import kinetile_plugins
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile_plugins.disc import collide_equals
 
 BUILT_IN = tuple(spec.name for spec in kinetile_plugins.kinetile_broad_phases())
@@ -64,7 +64,7 @@ def _marked(case: Any, mark: pytest.MarkDecorator) -> Any:
 
 def examples(count: int) -> int:
     """Return a number of examples for Hypothesis; plain Python hooks take fifty times as long for each."""
-    return max(1, count // 5) if INTERPRETED else count
+    return max(1, count // 5) if NOTHING_IS_COMPILED else count
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:

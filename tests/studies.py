@@ -27,7 +27,7 @@ parameters = { bodies = [9, 25], density = [0.5, 0.05] }
 TASKS = 64
 """Tasks of STUDY, each of which takes some hundredths of a second, interpreted."""
 
-RUN_TO_RUN = ("seconds", "environment", "compiled", "compile_seconds")
+RUN_TO_RUN = ("seconds", "environment", "compiled", "compile_seconds", "python_seconds")
 """Columns that differ from run to run, beside those of CPU time."""
 
 

@@ -127,6 +127,25 @@ def test_the_python_runs(page, marks, tmp_path, monkeypatch, plugin_folder):
             exec(code, module.__dict__)
 
 
+def test_a_hook_stops_in_the_debugger_as_printed(tmp_path):
+    [printed] = [
+        block.text for block in read_blocks(DOCS / "writing-a-broad-phase.md") if "(Pdb)" in block.text
+    ]
+    code = "".join(block.text for block in read_blocks(ROOT / "README.md") if block.language == "python")
+    line = "    step = -1 if"
+    code = code.replace(line, f"    breakpoint()\n{line}").replace(
+        'scene, "columns")', 'scene, "columns", compiled=False)'
+    )
+    (tmp_path / "columns.py").write_text(code)
+    typed = re.findall(r"\(Pdb\) (.*\n)", printed)
+    ended = subprocess.run(
+        [sys.executable, "columns.py"], input="".join(typed), cwd=tmp_path, capture_output=True, text=True
+    )
+    for each in typed:
+        printed = printed.replace(each, "")
+    assert printed.rstrip() in ended.stdout
+
+
 def commands(block: Block) -> Iterator[tuple[str, int, list[str]]]:
     """Yield (command, exit code, lines of output) for each line of a console block that begins with ``$``."""
     found: list[tuple[str, int, list[str]]] = []

@@ -6,7 +6,6 @@ The names below are the whole public interface; each is imported at its first us
 
 from __future__ import annotations
 
-import os
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -72,9 +71,6 @@ if TYPE_CHECKING:
     from kinetile.show.html import as_svg as as_svg
     from kinetile.show.player.view import view as view
     from kinetile.show.printed import plot as plot
-
-if not os.path.isdir(__path__[0]):  # the fingerprints of loops and the player read files beside the code
-    raise ImportError(f"kinetile cannot run from within an archive ({__path__[0]}): unpack the wheel")
 
 _NAMES, _attribute = lazy_names(__name__)
 _MODULES = ("errors", "kernel", "plugin", "records", "run", "scene", "show", "toolbox")

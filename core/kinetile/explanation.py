@@ -131,8 +131,9 @@ def reading_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "lateness", f"{found['lateness']:.2g} time units"
     if found["audits"]:
         yield "audits", f"{found['audits']:,}: nothing was found"
-    loop, ready = found["cpu_seconds"], found["compile_seconds"]
-    yield "CPU time", f"{loop:.4g} s in the loop, {ready:.3g} s to make it ready"
+    loop, python, ready = (found[f"{name}_seconds"] for name in ("cpu", "python", "compile"))
+    as_python = f" ({python:.3g} s as Python)" if python else ""
+    yield "CPU time", f"{loop:.4g} s in the loop{as_python}, {ready:.3g} s to make it ready"
     events, rate = found["events_per_cpu_second"] / 1e6, found["contacts_per_cpu_second"] / 1e3
     yield "speed", f"{events:.3g} million events, {rate:,.4g} thousand contacts a CPU second"
     yield "fingerprint", found["fingerprint"]

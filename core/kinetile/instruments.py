@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from kinetile.comparison import Outcome, describe_row, find_divergence, first_difference, outcome_of
     from kinetile.kernel.clock import SPAN, TICKS
     from kinetile.kernel.compiled import (
-        INTERPRETED,
+        NOTHING_IS_COMPILED,
+        as_python,
+        compiled_by_default,
         compiling_seconds,
         compose,
         disowned,

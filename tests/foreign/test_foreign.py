@@ -8,10 +8,10 @@ import pytest
 import kinetile as kt
 from agreement import agree, lattice_scene
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile_conformance import check_broad_phase
 
-LESS = 20 if INTERPRETED else 1
+LESS = 20 if NOTHING_IS_COMPILED else 1
 """How many times shorter the runs are where the loop is interpreted."""
 
 pytestmark = pytest.mark.skipif(

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
 from kinetile.run.simulation import composition_of
 from kinetile.toolbox import TOO_DEEP, shared
@@ -69,7 +69,7 @@ def test_the_general_parts_give_the_contacts_of_those_for_bodies_that_are_alike(
     scene = kt.make_scene("grid", bodies=16, density=0.5)
     sims = [kt.Simulation(scene, "naive", narrow_phases=each) for each in (None, ALL_SCENES)]
     for sim in sims:
-        sim.run(max_contacts=30 if INTERPRETED else 2_000)
+        sim.run(max_contacts=30 if NOTHING_IS_COMPILED else 2_000)
     usual, general = (composition_of(sim).pair for sim in sims)
     assert usual.collide is not general.collide
     assert usual.soonest is not general.soonest

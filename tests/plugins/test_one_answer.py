@@ -9,7 +9,7 @@ import kinetile as kt
 from agreement import ALL, assert_one_answer, lattice_scene, outcome
 from kinetile.errors import ZenoError
 from kinetile.kernel import skin
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile_conformance import check_broad_phase
 from lanes import BUILT_IN, first
 
@@ -111,7 +111,7 @@ def tie_scenes(draw):
 
 
 @given(tie_scenes())
-@settings(max_examples=6 if INTERPRETED else 150)
+@settings(max_examples=6 if NOTHING_IS_COMPILED else 150)
 def test_small_dyadic_scenes(scene):
     assert_agrees(scene, 8.0, 300)
 
@@ -169,7 +169,7 @@ def test_without_the_skin_ties_part(seeds, least, monkeypatch):
     parted = 0
     for seed in seeds:
         scene, phases = lattice_scene(seed), ("naive", "sap-1d", "sap-2d", "sweep-tiling")
-        most = 60 if INTERPRETED else 200
+        most = 60 if NOTHING_IS_COMPILED else 200
         parted += len({outcome(scene, phase, {}, 20.0, most)[1] for phase in phases}) > 1
     assert parted >= least
 

@@ -13,7 +13,7 @@ import kinetile as kt
 from agreement import ALL, choices
 from kinetile.errors import Refused, SceneError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.compiled import INTERPRETED, compose, disowned, to_be_filled_in
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED, compose, disowned, to_be_filled_in
 from kinetile.kernel.flight import anchor_at
 from kinetile.kernel.tables import NEVER, Kernel, allocate
 from kinetile.scene.bodies import Bodies
@@ -124,13 +124,13 @@ def check_meetings(k: Kernel, questions: list[Any], meet: Any) -> None:
 
 @pytest.mark.parametrize("name", first(2, [*CONTACTS]))
 def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
-    questions = rows(f"contacts/{name}")[:: 10 if INTERPRETED else 1]
+    questions = rows(f"contacts/{name}")[:: 10 if NOTHING_IS_COMPILED else 1]
     k = tables([plan for row in questions for plan in row[2:4]])
     check_meetings(k, questions, OF_PAIRS.meet)
 
 
 def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> None:
-    questions = rows("bent_contacts")[:: 15 if INTERPRETED else 1]
+    questions = rows("bent_contacts")[:: 15 if NOTHING_IS_COMPILED else 1]
     k = tables([plan for row in questions for plan in row[3:5]], bent=True)
     for i, (_, _, met, *_) in enumerate(questions):
         if met:
@@ -140,7 +140,7 @@ def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> No
 
 @pytest.mark.parametrize("bent", [False, True])
 def test_bodies_reach_the_wall_of_the_rule_at_its_tick(bent: bool) -> None:
-    questions = rows("bent_walls" if bent else "walls")[:: 4 if INTERPRETED else 1]
+    questions = rows("bent_walls" if bent else "walls")[:: 4 if NOTHING_IS_COMPILED else 1]
     k = tables([plan for *_, plan, _ in questions], bent)
     sides = np.array([doubles(q[2]) for q in questions])
     found = np.zeros((len(questions), 2), dtype=np.int64)

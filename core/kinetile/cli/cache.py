@@ -46,6 +46,7 @@ def cache(
             raise BadOption("kinetile cache has options before `warm`; expected them after it")
         return
     from kinetile.kernel.compiled.cache import folder, problem
+    from kinetile.run.engine.meanwhile import is_compiling
 
     here, wrong = folder(), problem()
     root = here.parent
@@ -59,7 +60,9 @@ def cache(
         "bytes": sum(row["bytes"] for row in rows),
         "versions": rows,
         "problem": wrong or None,
+        "compiling": is_compiling(),
     }
+    below = "a loop is being compiled" if result["compiling"] else wrong if rows else ""
     if not printed(result, rows, json=json, csv=csv):
         columns: dict[str, Callable[[Any], str]] = {
             "| Numba": lambda row: row["numba"],
@@ -71,7 +74,7 @@ def cache(
             "": lambda row: "in use by this installation" if row["used_here"] else "",
         }
         table = table_of(rows, columns) if rows else wrong or "nothing is kept: no loop has been compiled yet"
-        show(f"{'removed from' if clear else 'folder'}: {root}", table, wrong if rows else "")
+        show(f"{'removed from' if clear else 'folder'}: {root}", table, below)
     for sentence in left:
         notice(f"kinetile: cannot be removed: {sentence}")
     if left:

@@ -28,6 +28,7 @@ def compare(
     narrow_phase: cli.NarrowPhases = None,
     until: cli.Until = None,
     max_contacts: cli.MaxContacts = None,
+    compiled: cli.Compiled = None,
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:

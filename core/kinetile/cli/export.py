@@ -32,6 +32,7 @@ def export(
         float | None, cli.option("No frame after this time; by default the end of the run.", "TIME")
     ] = None,
     overwrite: Annotated[bool, cli.flag("Replace the file of --to.", "--overwrite")] = False,
+    compiled: cli.Compiled = None,
 ) -> None:
     """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`).
 

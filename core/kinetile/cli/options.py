@@ -66,6 +66,29 @@ Until = Annotated[
 MaxContacts = Annotated[int | None, option("Stop after this number of contacts.", "N", least=0)]
 
 
+def _compiled(context: typer.Context, way: str | None) -> str | None:
+    """Has all loops of this process compiled in a way, which the commands themselves need not know."""
+    from kinetile.kernel.compiled import compiled_by_default
+
+    ways = {"first": True, "meanwhile": None, "never": False}
+    if way is not None:
+        if way not in ways:
+            raise typer.BadParameter(f"found {way}; expected first, meanwhile or never")
+        context.with_resource(compiled_by_default(ways[way]))
+    return way
+
+
+Compiled = Annotated[
+    str | None,
+    typer.Option(
+        "--compiled",
+        metavar="first|meanwhile|never",
+        help="Compile the loop first; meanwhile, and begin as Python (the default); or never.",
+        callback=_compiled,
+    ),
+]
+
+
 def _one_form(context: typer.Context, param: typer.CallbackParam, chosen: bool) -> bool:
     """Refuses one form of the result beside another: whichever is read second finds the other."""
     for other in ("json", "csv", "quiet"):

@@ -57,6 +57,7 @@ def run(
     audit: Annotated[
         int | None, cli.option("Check all invariants every N contacts (slow).", "N", least=1)
     ] = None,
+    compiled: cli.Compiled = None,
     verbose: cli.Verbose = False,
     json: cli.Json = False,
     csv: cli.Csv = False,
@@ -150,6 +151,7 @@ def resume(
     every: Every = None,
     observe: Observe = None,
     observe_to: ObserveTo = None,
+    compiled: cli.Compiled = None,
     verbose: cli.Verbose = False,
     json: cli.Json = False,
     csv: cli.Csv = False,

@@ -54,6 +54,7 @@ def draw(
         cli.option("The end of --space-time; without it, the scene's own, or one time unit.", "TIME"),
     ] = None,
     overwrite: Annotated[bool, cli.flag("Replace the file of --out.", "--overwrite")] = False,
+    compiled: cli.Compiled = None,
 ) -> None:
     """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs.
 
@@ -141,6 +142,7 @@ def view(
     width: Annotated[int | None, cli.option("Width of the film in pixels; 640.", "N")] = None,
     overwrite: Annotated[bool, cli.flag("Replace a file that is there.", "--overwrite")] = False,
     show: Annotated[bool, cli.flag("Open the page in the browser.", "--open")] = False,
+    compiled: cli.Compiled = None,
 ) -> None:
     """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
 

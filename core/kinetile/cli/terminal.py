@@ -108,7 +108,10 @@ def exit_codes() -> Iterator[None]:
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:
-    """Compiles a simulation's loop; prints a notice when that takes long, once for each choice of phases."""
+    """Compiles a simulation's loop, unless it begins as Python; prints a notice when that takes long, once
+    for each choice of phases."""
+    if not simulation.compiled:
+        return
     fresh = simulation.cached is False
     if fresh:
         what = label or ", ".join([simulation.broad_phase, *simulation.narrow_phases])
@@ -185,9 +188,9 @@ class Bar(AbstractContextManager["Bar"]):
         if self.max_contacts:
             shares.append(progress.contacts / self.max_contacts)
         rate = progress.events / progress.cpu_seconds / 1e6 if progress.cpu_seconds else 0.0
+        speed = f"{rate:.2f} million events / CPU s" if progress.compiled else "as Python: not compiled yet"
         self.show(
-            max(shares, default=None),
-            f"time {progress.time:.6g}, {progress.contacts:,} contacts, {rate:.2f} million events / CPU s",
+            max(shares, default=None), f"time {progress.time:.6g}, {progress.contacts:,} contacts, {speed}"
         )
 
     def count(self, done: int, total: int) -> None:

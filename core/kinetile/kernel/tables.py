@@ -32,7 +32,7 @@ from kinetile.kernel.log import MET, WALLS
 from kinetile.kernel.plan import FIELDS, FIELDS_OF_TWO
 
 Records: TypeAlias = Any
-"""A one-dimensional record array: ``table[i].field`` reads and writes, compiled and interpreted alike."""
+"""A one-dimensional record array: ``table[i].field`` reads and writes, compiled and as Python."""
 
 Tables = TypeVar("Tables", bound=tuple[Any, ...])
 

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
@@ -194,6 +194,7 @@ class Composition:
     wall: WallParts | None
     prepared: Scene
     rules: Rules | None = None
+    compiled: bool | None = None  # before the first event, never, or once it is worth it
 
     @property
     def living(self) -> bool:
@@ -307,7 +308,8 @@ class Composition:
 
     def prepared_for(self, scene: Scene) -> Composition:
         """Returns the same phases, prepared for another scene; Refused if one does not accept it."""
-        return _compose(scene, self.broad_phase, self.narrow_phases, self.options)
+        again = _compose(scene, self.broad_phase, self.narrow_phases, self.options)
+        return replace(again, compiled=self.compiled)
 
     @property
     def label(self) -> str:

@@ -47,10 +47,11 @@ class Readings:
         unaccounted_energy: relative change of energy, that of heights too, by no command and no response.
         lateness: how far in the past a structural event was found, in the scene's time.
         cpu_seconds: processor time inside the loop, compilation apart.
+        python_seconds: that part of it in which the loop ran as Python.
         compile_seconds: processor time to compile the loop, or to load it.
         audits: number of audits without a violation.
-        events_per_cpu_second: events / cpu_seconds.
-        contacts_per_cpu_second: contacts / cpu_seconds.
+        events_per_cpu_second: events / cpu_seconds of the compiled loop; of Python's where it never was.
+        contacts_per_cpu_second: contacts / cpu_seconds, likewise.
         fingerprint: digest of the list of contacts; equal under every broad phase.
     """
 
@@ -73,6 +74,7 @@ class Readings:
     unaccounted_energy: float
     lateness: float
     cpu_seconds: float
+    python_seconds: float
     compile_seconds: float
     audits: int
     events_per_cpu_second: float
@@ -89,7 +91,11 @@ _COUNTS = [name for name in Readings.__annotations__ if name in (COUNTS.names or
 
 def readings_of(engine: Engine, start_energy: float) -> Readings:
     """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
-    k, counts, seconds = engine.k, engine.k.counts[0], engine.cpu_seconds
+    k, counts = engine.k, engine.k.counts[0]
+    seconds, events, contacts = engine.cpu_seconds, engine.events, engine.contacts
+    if seconds > engine.python_seconds:
+        seconds -= engine.python_seconds
+        events, contacts = events - engine.python_events, contacts - engine.python_contacts
     commanded, answered = float(counts.commanded_energy), float(counts.answered_energy)
     expected = start_energy + commanded + answered
     scale = max(map(abs, (start_energy, expected, commanded, answered)))  # expected may be mere rounding
@@ -105,11 +111,12 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
         deepest_overlap=max(float(counts.deepest), 0.0),
         unaccounted_energy=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
         lateness=float(counts.late) * float(k.clock[0].tick),
-        cpu_seconds=seconds,
+        cpu_seconds=engine.cpu_seconds,
+        python_seconds=engine.python_seconds,
         compile_seconds=engine.compile_seconds,
         audits=engine.audits,
-        events_per_cpu_second=engine.events / seconds if seconds > 0.0 else 0.0,
-        contacts_per_cpu_second=engine.contacts / seconds if seconds > 0.0 else 0.0,
+        events_per_cpu_second=events / seconds if seconds > 0.0 else 0.0,
+        contacts_per_cpu_second=contacts / seconds if seconds > 0.0 else 0.0,
         fingerprint=engine.ledger.fingerprint,
     )
 

@@ -69,13 +69,15 @@ _RUNS = ("run", "step", "be built", "be built again")
 
 
 class Progress(NamedTuple):
-    """Progress of a run: ``time`` of ``until`` (or None); all contacts and events; its CPU seconds."""
+    """Progress of a run: ``time`` of ``until`` (or None); all contacts and events; its CPU seconds; whether
+    its loop is compiled, or runs as Python."""
 
     time: float
     until: float | None
     contacts: int
     events: int
     cpu_seconds: float
+    compiled: bool = True
 
 
 class Inserted(NamedTuple):
@@ -140,6 +142,9 @@ class Simulation(Moment):
             are free for inserted bodies, though the scene needs neither.
         room: with ``live`` or a scene whose bodies come and go, how many bodies can be present before slots
             are made for more: at least those of the scene; None: twice as many.
+        compiled: True to compile the loop before the first event; False to run hooks as Python, for a
+            debugger; None: a run of at most 1,100 bodies whose loop has not been compiled yet begins as
+            Python at once, and goes over to machine code after a second. Contacts are the same, bit for bit.
 
     Raises UnknownName, BadOption for an option that a phase does not have, and Refused.
     """
@@ -160,6 +165,7 @@ class Simulation(Moment):
         turning: bool = False,
         live: bool = False,
         room: int | None = None,
+        compiled: bool | None = None,
     ) -> None:
         if audit is not None:
             audit = read_count(audit, "audit", "contacts", 1)
@@ -171,6 +177,9 @@ class Simulation(Moment):
                 "keep_commands=False is for scenes that plan no SetKind: expected set_kind by hand"
             )
         composition = compose_phases(prepared, broad_phase, narrow_phases, options)
+        if not (compiled is None or isinstance(compiled, bool)):
+            raise TypeError(f"compiled is {compiled!r}; expected True (first), False (never) or None")
+        composition = replace(composition, compiled=compiled)
         commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands, None, keep_commands))
         self._audit = audit
@@ -211,8 +220,13 @@ class Simulation(Moment):
 
     @property
     def cached(self) -> bool | None:
-        """Whether the loop's machine code lies on disk; None when it runs interpreted."""
+        """Whether the loop's machine code lies on disk; None where nothing is compiled."""
         return is_cached(self._engine.loop)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the next events run in machine code, and not as Python."""
+        return self._engine.runs_compiled or not self._engine.begins_as_python
 
     @property
     def keeps_contacts(self) -> bool:
@@ -232,7 +246,7 @@ class Simulation(Moment):
 
     def compile(self) -> float:
         """Compiles the loop, or loads it from the disk cache; returns the CPU seconds spent on it so far."""
-        self._engine.compile()
+        self._engine.compile(wholly=self._engine.composition.compiled is not False)
         return self._engine.compile_seconds
 
     def build(self) -> None:
@@ -324,7 +338,8 @@ class Simulation(Moment):
             def report() -> None:
                 assert progress is not None
                 cpu = engine.cpu_seconds - began
-                progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu))
+                compiled = not engine.as_python
+                progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu, compiled))
 
             def run_to(to: End) -> Ended:
                 last: object = None
@@ -963,8 +978,7 @@ class Simulation(Moment):
     ) -> tuple[Query, bool]:
         """Returns the bodies of some kinds, and whether the walls are among these, as ``more`` may be."""
         query = self._query()
-        if np.size(exclude):
-            out = [self._slot_of(body) for body in body_numbers(exclude).ravel().tolist()]
+        if out := [self._slot_of(body) for body in body_numbers(exclude).ravel().tolist()]:
             query = replace(query, slots=query.slots[~np.isin(query.slots, out)])
         if kinds is None:
             return query, False

@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple
 
 from kinetile import ANSWER, Simulation, __version__, registry
 from kinetile.errors import KinetileError, Refused, UnknownName, printable
-from kinetile.instruments import INTERPRETED, Kind, read_phase
+from kinetile.instruments import NOTHING_IS_COMPILED, Kind, read_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.study.plan import StudyPlan, StudyScene
 
@@ -80,7 +80,7 @@ def run_task(task: Task) -> Row:
     simulation = None
     try:
         name, options = read_phase(task.phase)
-        simulation = Simulation(task.scene.make(), name, options=options, keep_contacts=False)
+        simulation = Simulation(task.scene.make(), name, options=options, keep_contacts=False, compiled=True)
         simulation.run(task.scene.until, max_contacts=task.scene.contacts, observe=task.observe)
         row |= _readings(simulation)
     except Refused as error:
@@ -112,7 +112,7 @@ def row_of(task: Task, result: Mapping[str, Any]) -> Row:
 def _readings(simulation: Simulation) -> Row:
     """Returns the columns of readings and of estimates: a number with its error, or a curve as a table."""
     row: Row = simulation.readings.as_dict()
-    row |= {"time": simulation.time, "compiled": not INTERPRETED}
+    row |= {"time": simulation.time, "compiled": not NOTHING_IS_COMPILED}
     for name, quantity, each in simulation.observed.entries():
         column, mean, error = f"observed.{name}.{quantity}", each.mean, each.error
         if each.at is None:

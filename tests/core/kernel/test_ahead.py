@@ -5,7 +5,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.kernel import compiled
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import Kernel
 from kinetile.kernel.vectors import prefetch
 from kinetile.run import compose
@@ -23,7 +23,7 @@ def around_a_wide_one() -> kt.Scene:
 
 
 SCENES = {
-    "grid": lambda: kt.make_scene("grid", bodies=100 if INTERPRETED else 400, density=0.5, seed=2),
+    "grid": lambda: kt.make_scene("grid", bodies=100 if NOTHING_IS_COMPILED else 400, density=0.5, seed=2),
     "a few": lambda: kt.make_scene("random", bodies=5, density=0.01, seed=1),
     "on a torus": lambda: kt.make_scene("grid", bodies=64, density=0.5, seed=2, periodic="x"),
     "of two sizes": lambda: around_a_wide_one(),
@@ -41,7 +41,7 @@ def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
         monkeypatch.setattr(compose, "LARGE", large)
         sim = kt.Simulation(SCENES[scene](), phase)
         assert composition_of(sim)._parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
-        sim.run(until=20.0, max_contacts=20 if INTERPRETED else 4000)
+        sim.run(until=20.0, max_contacts=20 if NOTHING_IS_COMPILED else 4000)
         readings = sim.readings
         runs.append((sim.fingerprint, sim.exact_time, readings.structural_events, readings.contacts_computed))
     assert runs[0] == runs[1]

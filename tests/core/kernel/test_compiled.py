@@ -28,11 +28,11 @@ from kinetile.kernel import compiled
 from kinetile.kernel.compiled import backend, composer
 from kinetile.kernel.compiled.fingerprint import fingerprint
 
-if not compiled.INTERPRETED:
+if not compiled.NOTHING_IS_COMPILED:
     from kinetile.kernel.compiled import cache
     from kinetile.kernel.compiled.cache import KeptHook
 
-needs_compiler = pytest.mark.skipif(compiled.INTERPRETED, reason="nothing is compiled")
+needs_compiler = pytest.mark.skipif(compiled.NOTHING_IS_COMPILED, reason="nothing is compiled")
 
 
 class State(NamedTuple):
@@ -174,6 +174,11 @@ def test_a_function_that_was_called_apart_and_became_a_hook_was_called_at_no_add
 
 
 @needs_compiler
+def test_a_global_was_changed_by_a_hook_for_as_long_as_it_ran_as_python():
+    with pytest.raises(TypeError, match="hook assigns to a global variable; a hook keeps values in its"):
+        hook_of("@mark\ndef hook():\n    global count\n    count = 1\n", mark=compiled.hook)
+
+
 def test_what_is_called_apart_is_loaded_and_called():
     one, two = made_apart(1), made_apart(2)
     assert fingerprint(calling(one), State)[2] == [one]

@@ -1,4 +1,5 @@
-"""Each vector primitive against its meaning in NumPy, bit for bit, on ordinary and on hard numbers."""
+"""Each vector primitive, as Python and compiled, against its meaning in NumPy, bit for bit, on ordinary and
+on hard numbers."""
 
 import math
 import os
@@ -14,8 +15,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from kinetile.kernel import vectors
-from kinetile.kernel.compiled import INTERPRETED, hook
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED, hook
 from kinetile.kernel.tables import BODY, PLACE, record_table
+from two_forms import both_ways
+
+pytestmark = pytest.mark.usefixtures("compiled_here")
 
 LANES = vectors.LANES
 HARD = (
@@ -55,6 +59,7 @@ def lay_down(vector: Any, out: Any) -> None:
         out[i] = vectors.lane(vector, i)
 
 
+@both_ways
 @hook
 def of_doubles(one: Any, two: Any, numbers: Any, floats: Any, truths: Any) -> tuple[int, bool]:
     a = load(one, numbers)
@@ -97,6 +102,7 @@ def test_eight_doubles(one, two, picked):
     assert (word, anywhere) == (sum(1 << i for i in range(LANES) if less[i]), less.any())
 
 
+@both_ways
 @hook
 def of_wholes(one: Any, two: Any, out: Any) -> None:
     a = vectors.numbers(one, 0)
@@ -125,6 +131,7 @@ def test_eight_whole_numbers(one, two):
     same(out, [one + two, one - two, one & two, one >> (two & 31), *chosen, eight])
 
 
+@both_ways
 @hook
 def of_ticks(ticks: Any, values: Any, numbers: Any, out: Any, floats: Any) -> None:
     many = vectors.spread_ticks(ticks[0])
@@ -145,6 +152,7 @@ def test_eight_ticks(tick, values):
     same(floats, np.full(LANES, float(tick)))
 
 
+@both_ways
 @hook
 def blocks(table: Any, first: int, end: int, filler: int, out: Any) -> None:
     vectors.fill(table, end, filler)
@@ -163,6 +171,7 @@ def test_eight_numbers_are_written_and_read(first, end, filler):
     same(table, expected)
 
 
+@both_ways
 @hook
 def appended(source: Any, first: int, target: Any, end: int) -> int:
     return vectors.append(source, first, target, end)
@@ -181,6 +190,7 @@ def test_blocks_are_appended(counts):
     assert target[:end].tolist() == expected
 
 
+@both_ways
 @hook
 def number_all(values: Any, names: Any, first: int, out: Any, places: Any) -> None:
     lay_down(vectors.numbered(vectors.pick(values, names, 0), first), out)
@@ -208,6 +218,7 @@ def test_a_number_in_the_last_bits_makes_a_delay_less_and_by_next_to_nothing(val
     same(out, bits.view(np.float64))
 
 
+@both_ways
 @hook
 def rows(places: Any, bodies: Any, which: Any, out: Any, anchors: Any) -> None:
     x, y, vx, vy = vectors.places(places, which, 0)
@@ -226,6 +237,7 @@ def rows(places: Any, bodies: Any, which: Any, out: Any, anchors: Any) -> None:
     lay_down(anchor, anchors)
 
 
+@both_ways
 @hook
 def write(table: Any, which: int, x: float, y: float, vx: float, vy: float) -> None:
     vectors.put_place(table, which, x, y, vx, vy)
@@ -251,6 +263,7 @@ def test_places_and_flight_plans_are_those_of_the_tables(values, ticks, which):
     same(anchors, ticks[which])
 
 
+@both_ways
 @hook
 def lowest(word: int) -> int:
     return vectors.lowest_bit(word)
@@ -262,6 +275,7 @@ def test_the_lowest_bit(word):
     assert lowest(np.int64(word)) == min(bit for bit in range(64) if word >> bit & 1)
 
 
+@both_ways
 @hook
 def errors(one: Any, two: Any, out: Any) -> None:
     for i in range(8):
@@ -286,7 +300,7 @@ def test_the_error_of_a_product_is_the_exact_one_rounded(one, two):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(INTERPRETED, reason="there is no vector")
+@pytest.mark.skipif(NOTHING_IS_COMPILED, reason="there is no vector")
 def test_a_machine_without_long_vectors_has_the_same_bits(tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__, "-k", "not machine"]
     generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}

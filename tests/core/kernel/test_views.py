@@ -10,22 +10,44 @@ import pytest
 import kinetile as kt
 from kinetile.errors import Refused
 from kinetile.kernel import compiled
-from kinetile.kernel.compiled import INTERPRETED, composer, disowned, hook, unchecked, wrapping
+from kinetile.kernel.compiled import (
+    NOTHING_IS_COMPILED,
+    composer,
+    disowned,
+    hook,
+    numbers_from,
+    unchecked,
+    with_shadows,
+    wrapping,
+    zeros,
+)
 from kinetile.kernel.loop.checked import checked as as_checked
 from kinetile.kernel.tables import BAD_COUNT, BAD_NAME, BAD_PARTNER, NOBODY, SPARE, Kernel, allocate
 from lanes import BUILT_IN, first
+
+
+@pytest.fixture(params=[False, not NOTHING_IS_COMPILED])
+def way(request):
+    """Runs a test as Python, and compiled."""
+    with compiled.compiled_by_default(request.param):
+        yield
 
 
 class Tables(NamedTuple):
     numbers: Any
     records: Any
     square: Any
+    bodies: Any
+    shadows: Any
+    places: Any
+    shades: Any
 
 
 def tables() -> Tables:
     records = np.zeros(4, np.dtype([("x", "f8"), ("y", "i4")])).view(np.recarray)
     records.y = [1, 2, 3, 4]
-    return Tables(np.arange(8.0), records, np.arange(9).reshape(3, 3))
+    seen = [np.arange(2.0) + 10.0 * at for at in range(4)]
+    return Tables(np.arange(8.0), records, np.arange(9).reshape(3, 3), *seen)
 
 
 @hook
@@ -33,18 +55,25 @@ def from_the_end(t: Tables, place: int) -> float:
     return t.numbers[place] + t.records[place].y
 
 
+@unchecked
+@hook
+def parts_of(t: Tables) -> tuple[float, int, float, float, int]:
+    rest, seen, counts = numbers_from(t, 3), with_shadows(t), zeros(4)
+    return rest.numbers[4], len(rest.numbers), seen.bodies[1], seen.places[1], counts[3]
+
+
 def read_and_write(t, place):
     p = disowned(t)
     p.numbers[place] = 7.5
     p.records[place].y += 10
     inside = p.numbers[place] + p.records[place].y + len(p.numbers) + p.square[1, 2]
-    return inside, from_the_end(wrapping(p), -1), from_the_end(wrapping((p, place))[0], -2)
+    return inside, from_the_end(wrapping(p), -1), from_the_end(wrapping((p, place))[0], -2), parts_of(p)
 
 
-def test_views_are_read_and_written_as_any_and_for_others_they_count_from_the_end():
+def test_views_are_read_and_written_as_any_and_for_others_they_count_from_the_end(way):
     t = tables()
     function = compiled.compose(read_and_write, {}, "views", Tables)
-    assert function(t, np.int32(1)) == (7.5 + 12 + 8 + 5, 7.0 + 4, 6.0 + 3)
+    assert function(t, np.int32(1)) == (7.5 + 12 + 8 + 5, 7.0 + 4, 6.0 + 3, (7.0, 5, 11.0, 31.0, 0))
     assert (t.numbers[1], t.records.y.tolist()) == (7.5, [1, 12, 3, 4])
 
 
@@ -57,7 +86,7 @@ def ask_with_owners(t, place):
     return of_others(t, place)
 
 
-def test_a_hook_of_others_freed_tables_of_a_template_that_had_not_disowned_them():
+def test_a_hook_of_others_freed_tables_of_a_template_that_had_not_disowned_them(way):
     """A foreign ``collide`` and a missed contact ended the process: its tables were given back once too
     often."""
     t = tables()
@@ -97,7 +126,7 @@ def ask_unchecked(t):
     return asked(disowned(t))  # noqa: F821 - a part
 
 
-@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.skipif(NOTHING_IS_COMPILED, reason="nothing is compiled")
 @pytest.mark.parametrize("asked", [shape_of, total_of, column_of, more_than])
 def test_what_an_unchecked_hook_s_array_has_not_ended_in_a_key_error_of_numba(asked):
     """It was raised while the place in the hook was looked for."""
@@ -140,7 +169,7 @@ def bound(k, body, who):
         (-99, BAD_COUNT, -1),
     ],
 )
-def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, fault, wrong):
+def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, fault, wrong, way):
     """Numbers behind those that count are not looked at, and none where their count cannot be."""
     k = allocate(5, 6, 1)
     parts = {"near": as_checked("near", near)}
@@ -151,7 +180,7 @@ def test_a_number_that_is_no_body_s_is_a_fault_and_no_index(named, fault, wrong)
 
 
 @pytest.mark.parametrize(("who", "right"), [(0, True), (4, True), (NOBODY, False), (5, False)])
-def test_a_partner_that_is_no_body_is_a_fault(who, right):
+def test_a_partner_that_is_no_body_is_a_fault(who, right, way):
     k = allocate(5, 6, 1)
     parts = {"soonest": as_checked("soonest", soonest)}
     found = compiled.compose(bound, parts, "partners", Kernel)(k, 2, who)
@@ -199,7 +228,7 @@ SCENES = {
 @pytest.mark.parametrize("scene", first(1, [*SCENES]))
 def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
     """Nor do loop, audit and questions: in views such an index would be another place of memory."""
-    assert INTERPRETED
+    assert NOTHING_IS_COMPILED
     for module in [each for each in sys.modules.values() if getattr(each, "disowned", None) is disowned]:
         monkeypatch.setattr(module, "disowned", checked)
     monkeypatch.setattr(composer, "_composed", {})
@@ -232,7 +261,7 @@ def test_no_hook_of_kinetile_counts_from_the_end(monkeypatch, scene, phase):
 @pytest.mark.interpreted
 def test_quick_tables_have_the_fields_of_numpy_s_and_the_same_memory():
     plain = allocate(4, near=4, log_rows=4)
-    quick = composer.packed(plain)
+    quick = composer.Packed(plain).plain
     for name, table in plain._asdict().items():
         twin = getattr(quick, name)
         for field in table.dtype.names or ():

@@ -19,6 +19,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.errors import UnknownName
+from kinetile.kernel import compiled
 
 BUILT_IN = {
     "broad phase": ("naive", "cells", "sap-1d", "sap-2d", "sap-k", "sweep-tiling", "power"),
@@ -256,7 +257,7 @@ def test_damaged_metadata_harms_nobody_else(tmp_path: Path) -> None:
 
 def test_from_a_zip_a_run_ended_with_the_name_of_a_file_that_is_no_directory(tmp_path):
     with zipfile.ZipFile(tmp_path / "kinetile.whl", "w") as wheel:
-        wheel.write(kt.__file__, "kinetile/__init__.py")
-    spec = zipimporter(str(tmp_path / "kinetile.whl")).find_spec("kinetile")
+        wheel.write(compiled.__file__, "compiled/__init__.py")
+    spec = zipimporter(str(tmp_path / "kinetile.whl")).find_spec("compiled")
     with pytest.raises(ImportError, match=r"within an archive \(.*kinetile\.whl.*\): unpack the wheel$"):
         spec.loader.exec_module(module_from_spec(spec))

@@ -168,15 +168,15 @@ def test_rows_before_the_hook_that_raised_reach_the_recorder(monkeypatch):
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, seed=3), "naive")
     bind, parts = fields.bound, []
 
-    def broken(*tables, given):
+    def broken(*tables, **how):
         def run(until, budget, contacts, quota):
-            bind(*tables, given=given)(until, budget, 7, quota)
-            raise ValueError("a hook that is interpreted")
+            bind(*tables, **how)(until, budget, 7, quota)
+            raise ValueError("a hook of an author")
 
         return run
 
     monkeypatch.setattr(fields, "bound", broken)
-    with pytest.raises(PhaseError, match="a hook that is interpreted"):
+    with pytest.raises(PhaseError, match="a hook of an author"):
         sim.run(1.0, recorder=parts.append)
     assert len(np.concatenate(parts)) == len(sim.contacts) == 7
     assert np.concatenate(parts)["time"][-1] == sim.time

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from kinetile.errors import BusyError, PhaseError, Refused
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
 from kinetile_plugins.naive import Naive
 from lanes import BUILT_IN, examples
@@ -262,7 +262,7 @@ def test_the_broad_phase_was_blamed_for_a_narrow_phase_that_lets_bodies_pass():
     scene = kt.make_scene("grid", bodies=16, density=0.5, seed=1)
     sim = kt.Simulation(scene, "naive", narrow_phases=["ghosts", "wall"])
     with pytest.raises(PhaseError, match=r"no contact of theirs has been missed: narrow phase 'ghosts'"):
-        sim.run(until=30.0 if not INTERPRETED else 5.0)
+        sim.run(until=30.0 if not NOTHING_IS_COMPILED else 5.0)
 
 
 @pytest.mark.filterwarnings("error")

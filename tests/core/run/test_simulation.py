@@ -10,7 +10,7 @@ import pytest
 import kinetile as kt
 from agreement import assert_one_answer
 from kinetile.errors import PhaseError
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from lanes import SHARED
 from registering import registered
 
@@ -158,7 +158,7 @@ def test_slow_bodies_that_are_turned_to_be_fast_are_not_taken_for_jammed():
     sim.run(until=0.0)
     for body, velocity in enumerate(slow.velocity.tolist()):
         sim.set_velocity(body, tuple(velocity))
-    sim.run(max_contacts=9000 if not INTERPRETED else 50)
+    sim.run(max_contacts=9000 if not NOTHING_IS_COMPILED else 50)
     assert sim.time > 0.01
 
 
@@ -170,7 +170,7 @@ def test_the_time_of_the_last_contact_is_now_however_it_is_rounded():
         sim.run(until=sim.time)
         assert sim.time == before
         assert len(sim.contacts) >= 7
-    sim.run(until=30.3 if not INTERPRETED else 1.3)
+    sim.run(until=30.3 if not NOTHING_IS_COMPILED else 1.3)
     now = sim.time
     sim.run(max_contacts=0)
     assert sim.time == now

@@ -9,7 +9,7 @@ import pytest
 import kinetile as kt
 from command_line import kinetile, printed, refused
 from kinetile.errors import BadOption, PhaseError, RecordError
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.plugin.registry import registry
 from kinetile.run.observing import Observable
 from lanes import first
@@ -102,7 +102,7 @@ def whole(name: str) -> tuple[str, str]:
 @pytest.mark.parametrize("name", first(1, [*SCENES]))
 def test_a_run_that_was_stopped_lost_its_averages(name, tmp_path):
     expected, make, observe = whole(name), *SCENES[name]
-    for stops in [*STOPS.values()][:: 3 if INTERPRETED else 1]:
+    for stops in [*STOPS.values()][:: 3 if NOTHING_IS_COMPILED else 1]:
         sim, goes_on = kt.Simulation(make(), "naive"), observe
         for number, stop in enumerate(stops):
             stop(sim, goes_on)

@@ -13,7 +13,7 @@ import pytest
 import kinetile as kt
 import mutants
 from kinetile.errors import AuditError, KinetileError, ZenoError
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from tilings import Steps, columns, lattice
 
 KINDS = {
@@ -71,7 +71,7 @@ def counted(phase: str, number: int) -> dict[str, tuple[int, int]]:
 @pytest.mark.compiled
 @pytest.mark.long
 def test_how_often_the_rules_of_the_thesis_go_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    number = 2 if INTERPRETED else 100
+    number = 2 if NOTHING_IS_COMPILED else 100
     for name in ("", *RULES):
         with mutants.loaded(f"sweep-tiling-{name or RULES[0]}", tmp_path) as mutant:
             phase = mutant.name if name else "sweep-tiling"

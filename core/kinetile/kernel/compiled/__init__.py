@@ -4,27 +4,37 @@ Phases and kernel are plain Python functions marked with ``hook``. What makes th
 
 * ``hooks``: every hook is forced inline, and arrays are viewed without their owners; what is long, and
   called from few places, is compiled by itself and known to the loop by name (``apart``);
-* ``views``: the tables as a loop sees them, and as hooks do that are not marked ``unchecked``;
+* ``views``: the tables as a loop sees them, and as hooks do that are not marked ``unchecked``; ``plain``: as
+  Python does;
 * ``composer``: the loop is composed once for a choice of phases (``compose``), and what the compiler says of
   a hook is made short;
 * ``fingerprint`` and ``cache``: machine code is kept on disk, under a name that carries a fingerprint of
   everything compiled into it;
 * ``limits``: what a process may take, kept by the system, since no compiled loop can be interrupted.
 
-With ``NUMBA_DISABLE_JIT=1`` the same source runs interpreted, for a debugger and for coverage.
+Called from Python a hook is its Python function, so the same source runs without a compiler: at the start of
+a run, in a debugger, for coverage, and in all that a process runs with ``NUMBA_DISABLE_JIT=1``.
 """
 
+import os
+
+if not os.path.isdir(__path__[0]):  # fingerprints of loops are of files beside the code
+    raise ImportError(f"kinetile cannot run from within an archive ({__path__[0]}): unpack the wheel")
+
+from kinetile.kernel.compiled.composer import NOTHING_IS_COMPILED as NOTHING_IS_COMPILED
 from kinetile.kernel.compiled.composer import NotCompiled as NotCompiled
+from kinetile.kernel.compiled.composer import Packed as Packed
+from kinetile.kernel.compiled.composer import as_python as as_python
 from kinetile.kernel.compiled.composer import bound as bound
+from kinetile.kernel.compiled.composer import compiled_by_default as compiled_by_default
 from kinetile.kernel.compiled.composer import compiling_seconds as compiling_seconds
 from kinetile.kernel.compiled.composer import compose as compose
+from kinetile.kernel.compiled.composer import default as default
 from kinetile.kernel.compiled.composer import is_cached as is_cached
 from kinetile.kernel.compiled.composer import make_ready as make_ready
-from kinetile.kernel.compiled.composer import packed as packed
 from kinetile.kernel.compiled.composer import replaced as replaced
 from kinetile.kernel.compiled.composer import while_compiling as while_compiling
 from kinetile.kernel.compiled.composer import with_numpy as with_numpy
-from kinetile.kernel.compiled.hooks import INTERPRETED as INTERPRETED
 from kinetile.kernel.compiled.hooks import Hook as Hook
 from kinetile.kernel.compiled.hooks import Numbers as Numbers
 from kinetile.kernel.compiled.hooks import apart as apart

@@ -393,11 +393,6 @@ def entry(function: Callable[..., Any], cache: Any, before: Callable[[Any, Any],
     return made
 
 
-def alone(function: Callable[..., Any]) -> Any:
-    """Returns a function that Python calls, compiled with all that such a call needs."""
-    return numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function)
-
-
 def lowered(
     name: str, parameters: Iterable[str], typed: Callable[..., Any], build: Callable[..., Any]
 ) -> Any:
@@ -413,6 +408,24 @@ def lowered(
     known.__signature__ = Signature([Parameter(each, Parameter.POSITIONAL_OR_KEYWORD) for each in names])
     known.__name__ = name
     return intrinsic(known)
+
+
+class _Both(type(intrinsic(lambda typing_context: None))):  # type: ignore[misc]
+    """An intrinsic which, called from Python, is a Python function."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.python(*arguments)
+
+
+def both(python: Callable[..., Any]) -> Callable[[Any], Any]:
+    """Marks an intrinsic, above ``intrinsic``, which is ``python`` where Python calls it."""
+
+    def decorated(made: Any) -> Any:
+        made.__class__ = _Both
+        made.python = python
+        return made
+
+    return decorated
 
 
 def at_an_address(function: Callable[..., Any], signature: Any, cache: Any) -> Any:

@@ -46,6 +46,8 @@ _DIGEST = 32
 _NO_KEY = bytes(_DIGEST)
 _UNUSED_SECONDS = 30 * 86400.0
 _MOST_BYTES = 512_000_000
+_WRITING_SECONDS = 3600.0
+"""After which a file that has not got its name yet is of a process that was killed."""
 
 
 def folder() -> Path:
@@ -197,10 +199,10 @@ def _remove_unused(place: Path) -> None:
         with suppress(OSError):  # another process has removed it
             of = entry.stat()
             found.append((max(of.st_atime, of.st_mtime), of.st_size, entry.path))
-    oldest, room = time.time() - _UNUSED_SECONDS, _MOST_BYTES
+    now, room = time.time(), _MOST_BYTES
     for used, size, path in sorted(found, reverse=True):
         room -= size
-        if used < oldest or room < 0:
+        if used < now - (_WRITING_SECONDS if ".tmp." in path else _UNUSED_SECONDS) or room < 0:
             with suppress(OSError):
                 os.unlink(path)
 

@@ -1,4 +1,9 @@
-"""The composer: puts a loop together from a template and hooks, compiles it, and caches it on disk.
+"""The composer: puts a loop together from a template and hooks, runs it as Python or compiles it, and caches
+its machine code on disk.
+
+Called from Python a hook is its Python function, so a composed function is one too, of the same arrays. To
+compile a loop takes some ten seconds: so it runs as Python until that has taken a second, unless its machine
+code lies on the disk, or there are so many bodies that Python would take as long as the compiler.
 
 Numba reports an error in a hook with the whole way from the loop down to it, once forwards and once
 backwards. Its first sentence and the first place are what an author can do something about: ``complaint``
@@ -8,13 +13,14 @@ makes one sentence of them, with the author's own file and line.
 from __future__ import annotations
 
 import logging
+import os
 import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from copy import copy
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from inspect import getattr_static
 from itertools import chain, pairwise
 from pathlib import Path
@@ -24,16 +30,46 @@ from typing import Any, cast
 import numpy as np
 
 from kinetile.errors import printable
+from kinetile.kernel.compiled import backend
+from kinetile.kernel.compiled.cache import CheckedCache, dropped_together, is_whole
 from kinetile.kernel.compiled.fingerprint import fingerprint
-from kinetile.kernel.compiled.hooks import INTERPRETED, hook, is_checked, uncollected
-from kinetile.kernel.compiled.views import wrapping
+from kinetile.kernel.compiled.hooks import hook, is_checked, uncollected
+from kinetile.kernel.compiled.plain import quick
+from kinetile.kernel.compiled.views import ViewModel, packed_kind, wrapping
 
-if not INTERPRETED:
-    from kinetile.kernel.compiled import backend
-    from kinetile.kernel.compiled.cache import CheckedCache, dropped_together, is_whole
-    from kinetile.kernel.compiled.views import ViewModel, packed_kind
-else:
-    from kinetile.kernel.compiled.views import quick
+NOTHING_IS_COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+"""Whether nothing is compiled in this process."""
+
+WORTH = 1.0
+"""CPU seconds that a composed function has taken as Python when it is compiled."""
+
+FEW = 1_100
+"""The number of bodies up to which it runs as Python first. To build the structure of so many takes up to 6
+CPU seconds (``naive``; ``cells`` .2), which grow with their square, and the compiler 9."""
+
+_default: bool | None = None
+
+
+def default() -> bool | None:
+    """Returns how what does not say so itself is compiled: True, before it runs; False, never; None, when it
+    is worth it."""
+    return _default
+
+
+@contextmanager
+def compiled_by_default(compiled: bool | None) -> Iterator[None]:
+    """Sets ``default`` within this context, for all threads."""
+    global _default
+    before, _default = _default, compiled
+    try:
+        yield
+    finally:
+        _default = before
+
+
+def as_python() -> bool:
+    """Returns whether all that does not say so itself runs as Python now."""
+    return NOTHING_IS_COMPILED or _default is False
 
 
 class NotCompiled(Exception):
@@ -43,42 +79,29 @@ class NotCompiled(Exception):
 def compose(
     template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
 ) -> Callable[..., Any]:
-    """Compiles ``template`` with ``parts`` in place of its global names: once a process, and cached on disk.
+    """Returns ``template`` with ``parts`` in place of its global names: one function a process.
 
     ``template`` is a plain function; ``parts`` maps names it uses, itself or in a ``template`` that it calls,
-    to hooks and constants; ``label`` names the choice of phases in the cache. The result is compiled when it
-    is first called.
+    to hooks and constants; ``label`` names the choice of phases in the cache. The result runs as Python until
+    that has taken a second, is compiled then, and its machine code is kept on disk.
     """
     key = (template, label, state, *sorted(parts.items(), key=lambda part: part[0]))
     if key not in _composed:
-        _composed[key] = _compose(template, parts, label, state)
+        _composed.setdefault(key, _compose(template, parts, label, state))  # another thread may do the same
     return _composed[key]
 
 
-_composed: dict[tuple[Any, ...], Callable[..., Any]] = {}
+_composed: dict[tuple[Any, ...], _Composed] = {}
 
 
-def _compose(
-    template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type
-) -> Callable[..., Any]:
-    source = cast(FunctionType, template)
+def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type) -> _Composed:
     given = {name: with_numpy(part) if is_checked(part) else part for name, part in parts.items()}
-    function = _filled_in(source, given, {})
-    if INTERPRETED:
-        return function
-    digest, modules, called = fingerprint(function, state)
-    function.__qualname__ = f"{source.__name__}_{label}_{digest}"
-    if "__main__" not in modules:
-        with suppress(RuntimeError):  # there is no folder that Numba could write its cache to
-            return _njit(function, True, called)
-    return _njit(function, False, called)
+    return _Composed(_filled_in(cast(FunctionType, template), given, {}), label, state)
 
 
 @cache
 def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
     """Returns a hook that calls a hook with NumPy's arrays in place of views."""
-    if INTERPRETED:
-        return function
 
     @hook
     def call(*given: Any) -> Any:
@@ -103,38 +126,35 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
     return function
 
 
-def _njit(function: Callable[..., Any], cache: bool, called: list[Any]) -> _Composed:
-    def with_what_it_calls(compiles: Callable[[Any], Any], signature: Any) -> Any:
-        with _compiling(), dropped_together(), warnings.catch_warnings():
-            # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
-            # takes the right one, and warns that it has looked at the other.
-            warnings.simplefilter("ignore", backend.NumbaExperimentalFeatureWarning)
-            for each in called:
-                each.load_apart()
-            return compiles(signature)
-
-    return _Composed(backend.entry(function, CheckedCache if cache else None, with_what_it_calls))
-
-
 class Packed:
     """Tables, a named tuple of arrays, as compiled code takes them: the address of a row of words for each
     array, where it begins, its lengths and its steps. Numba takes 6 us to read the tuple."""
 
     def __init__(self, tables: Any) -> None:
         self.tables = tables
-        key = _kind(tables)
-        if key not in _kinds:  # Numba takes milliseconds for this
-            _kinds[key] = packed_kind(tables)
-        self.kind = _kinds[key]
         self._take([_words_of(each) for each in tables])
 
     def _take(self, rows: list[tuple[int, ...]]) -> None:
         self._rows, self._words = rows, np.array([*chain.from_iterable(rows)], dtype=np.int64)
         self.address = _address(self._words)
 
+    @cached_property
+    def kind(self) -> Any:
+        """Their type to Numba, which takes milliseconds to find it."""
+        key = _kind(self.tables)
+        if key not in _kinds:
+            _kinds[key] = packed_kind(self.tables)
+        return _kinds[key]
+
+    @cached_property
+    def plain(self) -> Any:
+        """The same tables, as Python code takes them."""
+        return quick(self.tables)
+
     def replaced(self, name: str, table: Any) -> Packed:
         """Returns the same tables but for one, which is to be of the same kind."""
         other, rows = copy(self), self._rows.copy()
+        vars(other).pop("plain", None)
         rows[self.tables._fields.index(name)] = _words_of(table)
         other.tables = self.tables._replace(**{name: table})
         other._take(rows)
@@ -144,22 +164,20 @@ class Packed:
 _kinds: dict[tuple[Any, ...], Any] = {}
 
 
-def packed(tables: Any) -> Any:
-    """Returns tables as a composed function takes them, for many calls; they stay the same arrays."""
-    return quick(tables) if INTERPRETED else Packed(tables)
-
-
-def replaced(tables: Any, name: str, table: Any) -> Any:
+def replaced(tables: Packed, name: str, table: Any) -> Packed:
     """Returns packed tables with another one, of the same kind, in the place of one of them."""
-    return tables._replace(**{name: quick(table)}) if INTERPRETED else tables.replaced(name, table)
+    return tables.replaced(name, table)
 
 
-def bound(function: Callable[..., Any], *tables: Any, given: Iterable[Any]) -> Callable[..., Any]:
+def bound(
+    function: Callable[..., Any], *tables: Packed, given: Iterable[Any], compiled: bool
+) -> Callable[..., Any]:
     """Returns a composed function of packed tables, and of other values, as one of such values as ``given``
-    alone. The caller keeps the tables."""
-    if INTERPRETED:
-        return np.errstate(all="ignore")(partial(function, *tables))  # compiled, nothing warns
-    entry = cast(_Composed, function).entry([*tables, *given])
+    alone: its machine code, or Python. The caller keeps the tables."""
+    made = cast(_Composed, function)
+    if not compiled:
+        return partial(made.as_python, *tables)
+    entry = made.entry([*tables, *given])
     addresses = [each.address for each in tables]
 
     def run_bound(*given: Any) -> Any:  # a frame of this file: who dies in here has died in compiled code
@@ -178,24 +196,90 @@ def _words_of(table: Any) -> tuple[int, ...]:
 
 
 class _Composed:
-    """A composed function that Python calls. Its machine code is called without Numba's dispatcher, which
-    derives the types of all arrays at each call."""
+    """A composed function: Python, until its machine code is worth to be made. That is called without Numba's
+    dispatcher, which derives the types of all arrays at each call.
 
-    def __init__(self, made: Any) -> None:
-        self.made = made
-        self.__qualname__ = made.__qualname__
+    Attributes:
+        spent: processor time that it has taken as Python.
+        stays: whether it stays Python: its hooks cannot be compiled.
+        meanwhile: the process that compiles it into the disk cache, or None; it ``runs`` or does not.
+    """
+
+    def __init__(self, python: FunctionType, label: str, state: type) -> None:
+        self._python, self._state = python, state
         self._entries: dict[tuple[Any, ...], Any] = {}
+        self.__qualname__ = f"{python.__name__}_{label}"
+        self.spent = self._looks_at = 0.0
+        self.stays = NOTHING_IS_COMPILED
+        self.meanwhile: Any = None
 
     def __call__(self, *given: Any) -> Any:
         taken = [_as_taken(each) for each in given]
-        return self.entry(taken)(*[each.address if type(each) is Packed else each for each in taken])
+        if not self.is_worth(taken):
+            return self.as_python(*taken)
+        try:
+            entry = self.entry(taken)
+        except Exception as error:  # as in make_ready
+            self.stay(complaint(error))
+            return self.as_python(*taken)
+        return entry(*[each.address if type(each) is Packed else each for each in taken])
+
+    def as_python(self, *taken: Any) -> Any:
+        """Calls the Python function, of packed tables and other values."""
+        began = time.thread_time()
+        try:
+            with np.errstate(all="ignore"):  # compiled, nothing warns
+                return self._python(*[each.plain if type(each) is Packed else each for each in taken])
+        finally:
+            self.spent += time.thread_time() - began
+
+    def stay(self, why: str) -> None:
+        """Has the function stay Python, with a warning."""
+        self.stays = True
+        logging.getLogger("kinetile").warning("kinetile: %s; it runs as Python", why)
+
+    def is_worth(self, taken: Iterable[Any]) -> bool:
+        """Whether machine code is there, or has become worth its compilation."""
+        if self.stays or self._entries or _default is not None:
+            return not self.stays and _default is not False
+        waits = self.spent < WORTH or (self.meanwhile is not None and self.meanwhile.runs)
+        if waits and all(_is_small(each) for each in taken):
+            if self.spent < self._looks_at:
+                return False
+            self._looks_at = self.spent + WORTH / 10  # another process may have made it
+            return bool(is_cached(self))
+        return True
+
+    @cached_property
+    def made(self) -> Any:
+        """Numba's function, which compiles it, or loads it from the disk cache."""
+        digest, modules, called = fingerprint(self._python, self._state)
+        self._python.__qualname__ = f"{self.__qualname__}_{digest}"
+
+        def with_what_it_calls(compiles: Callable[[Any], Any], signature: Any) -> Any:
+            with _compiling(), dropped_together(), warnings.catch_warnings():
+                # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
+                # takes the right one, and warns that it has looked at the other.
+                warnings.simplefilter("ignore", backend.NumbaExperimentalFeatureWarning)
+                for each in called:
+                    each.load_apart()
+                return compiles(signature)
+
+        cache = None if "__main__" in modules else CheckedCache
+        return backend.entry(self._python, cache, with_what_it_calls)
 
     def entry(self, taken: list[Any]) -> Any:
+        """Returns the machine code for such arguments."""
         key = tuple([each.kind._code if type(each) is Packed else _kind(each) for each in taken])
         if key not in self._entries:
             kinds = [each.kind if type(each) is Packed else backend.numba.typeof(each) for each in taken]
             self._entries[key] = self.made.compile(tuple(kinds))
         return self._entries[key]
+
+
+def _is_small(given: Any) -> bool:
+    clock = getattr(given.tables, "clock", None) if type(given) is Packed else None
+    return clock is None or int(clock["present"][0]) <= FEW
 
 
 def _as_taken(given: Any) -> Any:
@@ -243,7 +327,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
 
     Raises NotCompiled where a hook is not such as can be compiled.
     """
-    if INTERPRETED:
+    if NOTHING_IS_COMPILED:
         return
     with uncollected():
         try:
@@ -276,12 +360,13 @@ _MOST_KNOWN = 10_000
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:
-    """Whether a composed function's machine code lies whole in the disk cache; None if it is interpreted."""
-    if INTERPRETED:
+    """Whether a function's machine code lies whole in the disk cache; None if nothing is compiled."""
+    if NOTHING_IS_COMPILED:
         return None
-    folder = Path(cast(_Composed, function).made.stats.cache_path or ".")
-    files = [*folder.glob(f"*{function.__qualname__}*.nb[ic]")]
-    return any(file.suffix == ".nbi" for file in files) and all(f.is_file() and is_whole(f) for f in files)
+    made = cast(_Composed, function).made
+    files = [*Path(made.stats.cache_path or ".").glob(f"*{made.py_func.__qualname__}*.nb[ic]")]
+    suffixes = {file.suffix for file in files}  # the index is written first
+    return suffixes == {".nbi", ".nbc"} and all(f.is_file() and is_whole(f) for f in files)
 
 
 PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')

@@ -13,20 +13,17 @@ from __future__ import annotations
 
 import gc
 import inspect
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import wraps
+from opcode import opmap
 from types import FunctionType
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
 from kinetile.kernel.compiled.fingerprint import fingerprint
-
-INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
-"""True when hooks run as plain Python."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -58,86 +55,87 @@ def template(function: F) -> F:
     return function
 
 
-if not INTERPRETED:
-    with uncollected():
-        from kinetile.kernel.compiled import backend
-        from kinetile.kernel.compiled.backend import CPUDispatcher, LinkingCompiler, ir, types
-        from kinetile.kernel.compiled.cache import CheckedCache, KeptHook
+with uncollected():
+    from kinetile.kernel.compiled import backend
+    from kinetile.kernel.compiled.backend import CPUDispatcher, LinkingCompiler, ir, types
+    from kinetile.kernel.compiled.cache import CheckedCache, KeptHook
 
-    _HOOK = {
-        "nopython": True,
-        "forceinline": True,
-        "error_model": "numpy",
-        "no_cpython_wrapper": True,
-        "no_cfunc_wrapper": True,
-    }
-    """What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
+_HOOK = {
+    "nopython": True,
+    "forceinline": True,
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+"""What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
 
-    _SHORT = (types.int8, types.int16, types.int32)
+_SHORT = (types.int8, types.int16, types.int32)
 
-    def _kept(function: FunctionType, key: str) -> KeptHook | None:
-        """Returns where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
-        digest, modules, called = fingerprint(function, tuple)
-        return None if "__main__" in modules else KeptHook(function, digest, key, called)
 
-    LinkingCompiler.kept = staticmethod(_kept)
+def _kept(function: FunctionType, key: str) -> KeptHook | None:
+    """Returns where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
+    digest, modules, called = fingerprint(function, tuple)
+    return None if "__main__" in modules else KeptHook(function, digest, key, called)
 
-    class _Hook(CPUDispatcher):
-        """A function that compiled code inlines."""
 
-        def __init__(self, *given: Any, **options: Any) -> None:
-            super().__init__(*given, **options)
-            self.calls: dict[tuple[int, ...], Any] = {}
+LinkingCompiler.kept = staticmethod(_kept)
 
-        def __call__(self, *arguments: Any) -> Any:
-            return _alone(self.py_func)(*arguments)
 
-        def get_call_template(self, arguments: Any, named: Any) -> Any:
-            """Returns what a call comes to: one for all constants, and for all signed integers.
+class _Hook(CPUDispatcher):
+    """A function that compiled code inlines."""
 
-            Else each would compile it again; also one that a variable only begins with, with code that is
-            never used: ``found = NOBODY`` before a loop.
-            """
-            given = [types.unliteral(each) for each in arguments]
-            given = [types.int64 if each in _SHORT else each for each in given]
-            key = tuple([each._code for each in given])
-            if named or key not in self.calls:
-                self.calls[key] = super().get_call_template(given, named)
-            return self.calls[key]
+    def __init__(self, *given: Any, **options: Any) -> None:
+        super().__init__(*given, **options)
+        self.calls: dict[tuple[int, ...], Any] = {}
 
-    class _ByRecord(_Hook):
-        """A hook that has two forms: the record that comes first, by its type, chooses one of them."""
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
 
-        field: str
-        forms: tuple[_Hook, _Hook]
+    def get_call_template(self, arguments: Any, named: Any) -> Any:
+        """Returns what a call comes to: one for all constants, and for all signed integers.
 
-        def __call__(self, *arguments: Any) -> Any:
-            return self.py_func(*arguments)
+        Else each would compile it again; also one that a variable only begins with, with code that is
+        never used: ``found = NOBODY`` before a loop.
+        """
+        given = [types.unliteral(each) for each in arguments]
+        given = [types.int64 if each in _SHORT else each for each in given]
+        key = tuple([each._code for each in given])
+        if named or key not in self.calls:
+            self.calls[key] = super().get_call_template(given, named)
+        return self.calls[key]
 
-        def get_call_template(self, arguments: Any, named: Any) -> Any:
-            return self._chosen(arguments).get_call_template(arguments, named)
 
-        def get_overload(self, arguments: Any) -> Any:
-            return self._chosen(arguments).get_overload(arguments)
+class _ByRecord(_Hook):
+    """A hook that has two forms: the record that comes first, by its type, chooses one of them."""
 
-        def _chosen(self, arguments: Any) -> _Hook:
-            return self.forms[self.field in arguments[0].fields]
+    field: str
+    forms: tuple[_Hook, _Hook]
 
-    class _Subroutine(_Hook):
-        """A function that compiled code calls; its name tells fingerprints that it is not taken in."""
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
 
-    _alone = cache(backend.alone)
+    def get_call_template(self, arguments: Any, named: Any) -> Any:
+        return self._chosen(arguments).get_call_template(arguments, named)
+
+    def get_overload(self, arguments: Any) -> Any:
+        return self._chosen(arguments).get_overload(arguments)
+
+    def _chosen(self, arguments: Any) -> _Hook:
+        return self.forms[self.field in arguments[0].fields]
+
+
+class _Subroutine(_Hook):
+    """A function that compiled code calls; its name tells fingerprints that it is not taken in."""
 
 
 def hook(function: F) -> F:
     """Marks a function that runs inside the kernel's loop: compiled, forced inline, IEEE division (no
     exceptions).
 
-    Called from Python, in a test say, it is compiled once more, apart and with what such a call needs.
+    Called from Python it is the function itself. Raises TypeError for one that assigns to a global variable.
     """
-    if INTERPRETED:
-        cast(Any, function).is_marked = True
-        return function
+    if opmap["STORE_GLOBAL"] in cast(FunctionType, function).__code__.co_code[::2]:
+        raise TypeError(f"{function.__name__} assigns to a global variable; a hook keeps values in its state")
     return cast(F, _Hook(function, targetoptions=_HOOK, pipeline_class=LinkingCompiler))
 
 
@@ -155,8 +153,6 @@ def with_field(field: str, other: F) -> Callable[[F], F]:
             there = field in row.dtype.names if kind in (np.record, np.void) else hasattr(kind, field)
             return (other if there else usual)(row, *rest)
 
-        if INTERPRETED:
-            return cast(F, chosen)
         made = _ByRecord(chosen, targetoptions=_HOOK, pipeline_class=LinkingCompiler)
         made.field, made.forms = field, (cast(Any, usual), cast(Any, other))
         return cast(F, made)
@@ -189,8 +185,6 @@ def is_checked(value: Any) -> bool:
 
 def subroutine(function: F) -> F:
     """Marks a function that functions marked ``apart`` call: compiled once, not inlined, arrays and all."""
-    if INTERPRETED:
-        return function
     options = {**_HOOK, "forceinline": False}
     return cast(F, _Subroutine(function, targetoptions=options, pipeline_class=LinkingCompiler))
 
@@ -213,57 +207,56 @@ def python_of(part: Any) -> Any:
 
 
 def is_hook(value: Any) -> bool:
-    """Whether a value is a function marked with ``hook``; where hooks are interpreted, any function."""
-    return callable(value) if INTERPRETED else hasattr(value, "py_func")
+    """Whether a value is a function marked with ``hook``."""
+    return hasattr(value, "py_func")
 
 
-if not INTERPRETED:
+def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
+    kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
+    if annotation in kinds:
+        return kinds[annotation]
+    fields = names[annotation]
+    there = vars(sys.modules[fields.__module__])
+    return types.BaseTuple.from_types(
+        [_kind(each.__forward_arg__, there) for each in fields.__annotations__.values()], fields
+    )
 
-    def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
-        kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
-        if annotation in kinds:
-            return kinds[annotation]
-        fields = names[annotation]
-        there = vars(sys.modules[fields.__module__])
-        return types.BaseTuple.from_types(
-            [_kind(each.__forward_arg__, there) for each in fields.__annotations__.values()], fields
-        )
 
-    class _Apart:
-        """A function that compiled code knows by name only; it is loaded before such code is."""
+class _Apart:
+    """A function that compiled code knows by name only; it is loaded before such code is."""
 
-        def __init__(self, function: FunctionType) -> None:
-            digest, _, self.called = fingerprint(function, tuple)
-            self.function = function
-            self.name = f"kinetile_{function.__name__}_{digest}"
-            *kinds, result = (_kind(each, function.__globals__) for each in function.__annotations__.values())
-            self.signature = result(*kinds)
-            self.address: int | None = None
+    def __init__(self, function: FunctionType) -> None:
+        digest, _, self.called = fingerprint(function, tuple)
+        self.function = function
+        self.name = f"kinetile_{function.__name__}_{digest}"
+        *kinds, result = (_kind(each, function.__globals__) for each in function.__annotations__.values())
+        self.signature = result(*kinds)
+        self.address: int | None = None
 
-        def load(self) -> None:
-            """Compiles the function, or loads it from the disk cache, and makes its name known."""
-            for each in self.called:
-                each.load_apart()
-            if self.address is None:
-                source = self.function
-                named = FunctionType(source.__code__, source.__globals__, source.__name__)
-                named.__module__ = source.__module__
-                named.__qualname__ = self.name
-                # kept, or its code would go
-                self.made = backend.at_an_address(named, self.signature, CheckedCache)
-                self.address = int(self.made.address)
-                backend.add_symbol(self.name, self.address)
+    def load(self) -> None:
+        """Compiles the function, or loads it from the disk cache, and makes its name known."""
+        for each in self.called:
+            each.load_apart()
+        if self.address is None:
+            source = self.function
+            named = FunctionType(source.__code__, source.__globals__, source.__name__)
+            named.__module__ = source.__module__
+            named.__qualname__ = self.name
+            # kept, or its code would go
+            self.made = backend.at_an_address(named, self.signature, CheckedCache)
+            self.address = int(self.made.address)
+            backend.add_symbol(self.name, self.address)
 
-        def typed(self, *given: Any) -> Any:
-            self.load()
-            return self.signature
+    def typed(self, *given: Any) -> Any:
+        self.load()
+        return self.signature
 
-        def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            """Returns what a call comes to. Named tuples are passed as the function takes them, as values."""
-            kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
-            made = ir.FunctionType(kinds[0], kinds[1:])
-            known = backend.cgutils.get_or_insert_function(builder.module, made, self.name)
-            return builder.call(known, arguments)
+    def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        """Returns what a call comes to. Named tuples are passed as the function takes them, as values."""
+        kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
+        made = ir.FunctionType(kinds[0], kinds[1:])
+        known = backend.cgutils.get_or_insert_function(builder.module, made, self.name)
+        return builder.call(known, arguments)
 
 
 def apart(function: F) -> F:
@@ -272,10 +265,8 @@ def apart(function: F) -> F:
     It takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of
     doubles, ``Numbers``, as ``pointer`` makes them, and named tuples of all these.
     """
-    if INTERPRETED:
-        return function
     known = _Apart(cast(FunctionType, function))
     names = inspect.signature(function).parameters
     made = backend.lowered(function.__name__, names, known.typed, known.call)
     made.py_func, made.known, made.load_apart = function, known, known.load
-    return cast(F, made)
+    return cast(F, backend.both(function)(made))

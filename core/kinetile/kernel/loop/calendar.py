@@ -90,7 +90,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
     """
     calendar = k.clock[0].calendar
     day = key >> calendar.shift
-    ring = np.int64(ring_of(k, day))  # interpreted, the bit of a shorter number would be lost
+    ring = np.int64(ring_of(k, day))  # as Python, the bit of a shorter number would be lost
     reached = calendar.slice
     before = int(~ring)
     after = int(np.int64(k.rings[ring]))

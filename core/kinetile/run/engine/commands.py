@@ -37,7 +37,7 @@ Rows = npt.NDArray[np.void]
 _NAMES: tuple[str, ...] = COMMAND.names or ()
 
 ROWS = np.dtype((np.record, COMMAND))
-"""Rows whose fields are attributes too, as hooks that are interpreted read them."""
+"""Rows whose fields are attributes too, as hooks read them in Python."""
 
 PACKED = Struct("=" + "".join({"i4": "i", "i8": "q", "f8": "d"}[COMMAND[name].str[1:]] for name in _NAMES))
 """A row as bytes: it is packed, and copied, in one step where NumPy takes one for each field."""

@@ -25,7 +25,16 @@ from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
 from kinetile.kernel.certificates.wall import inside_arena
 from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.compiled import INTERPRETED, NotCompiled, bound, compose, make_ready, python_of
+from kinetile.kernel.compiled import (
+    NOTHING_IS_COMPILED,
+    NotCompiled,
+    bound,
+    compose,
+    default,
+    is_cached,
+    make_ready,
+    python_of,
+)
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
 from kinetile.kernel.loop import (
@@ -79,7 +88,8 @@ from kinetile.run.engine.commands import (
 from kinetile.run.engine.contacts import Entries, Ledger
 from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.fields import Tables
-from kinetile.run.engine.state import RunState, contents_of, numbers_of
+from kinetile.run.engine.meanwhile import NONE, compile_meanwhile
+from kinetile.run.engine.state import USED, RunState, contents_of, numbers_of
 from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
 from kinetile.run.prepared import widened
 from kinetile.scene import Scene
@@ -96,7 +106,10 @@ _ACTED_ON = {FAULT, BLOCKED, NO_ROOM, LOG_FULL, FASTER, CROWDED, COMMAND_DUE}
 """The reasons of the loop that ask the engine for something; the others are what a run asks for."""
 
 CHUNK_SECONDS = 0.2
-FIRST_BUDGET = 1 << (8 if INTERPRETED else 12)
+FIRST_BUDGET, FIRST_AS_PYTHON = 1 << 12, 1 << 6
+
+UNNOTICED = 0.2
+"""CPU seconds as Python after which another process begins to compile the loop."""
 
 
 class WatchedContacts(NamedTuple):
@@ -125,7 +138,7 @@ class Kept:
     def state(self) -> RunState:
         """The state of the run at that moment."""
         was, of_then = SimpleNamespace(**self.values), {id(table): content for table, content in self.tables}
-        alike = ("commands", "history", "overlapping", "audits", "cpu_seconds", "compile_seconds")
+        alike = ("commands", "history", "overlapping", "audits", *USED)
         k = was._k._replace(
             **{
                 name: of_then[id(table)].view(table.dtype).view(type(table))
@@ -155,6 +168,7 @@ class Engine(Tables):
         commands, history: which commands the loop is composed with, and the interactive ones so far.
         numbers: how many body numbers have been given, or will be by the scene.
         cpu_seconds, compile_seconds: processor time in the loop, and for compiling or loading it.
+        python_seconds, python_events, python_contacts: how much of the former, and of the run, was as Python.
         audits: number of audits without a violation.
         busy: a chunk is under way, including the transfer of its log.
         broken: the error after which this engine cannot continue, or None.
@@ -186,8 +200,9 @@ class Engine(Tables):
         self.bounds = state.bounds
         self.commands = max(commands, state.commands)
         self.loop = composition.loop(self.commands)
-        self.cpu_seconds = state.cpu_seconds
-        self.compile_seconds = state.compile_seconds
+        self.cpu_seconds, self.compile_seconds = state.cpu_seconds, state.compile_seconds
+        self.python_seconds, self.python_events = state.python_seconds, state.python_events
+        self.python_contacts = state.python_contacts
         self.audits = state.audits
         self.passed = 0
         self.busy = False
@@ -222,20 +237,59 @@ class Engine(Tables):
 
     # Running
 
-    def compile(self) -> None:
-        """Compiles the loop, or loads it from the disk cache, and the search for room if it may be needed."""
-        if not self._ready:
-            began = time.thread_time()
-            try:
-                with Interruptible():
-                    make_ready(self.loop, *self.packed, 0, 0, 0, 0)
-                    if self.commands == Commands.ALL:
-                        self._blockers(np.zeros(0, ROWS))
-            except NotCompiled as error:
-                who = self.composition.author_of(str(error))
-                raise PhaseError(f"the hooks of {who} do not compile: {error}") from error
-            self.compile_seconds += time.thread_time() - began
-            self._ready = True
+    @property
+    def runs_compiled(self) -> bool:
+        """Whether the loop is machine code already."""
+        return self._ready and not self.as_python
+
+    def compile(self, wholly: bool = False) -> None:
+        """Compiles the loop, or loads it from the disk cache, and the search for room if it may be needed.
+        Where the run begins as Python, nothing is compiled unless ``wholly``."""
+        if self.runs_compiled:
+            return
+        loop = self.loop
+        may_start = loop.meanwhile is None and self._wanted is None and not (wholly or loop.stays)
+        if may_start and loop.spent > UNNOTICED and not is_cached(loop) and loop.meanwhile is None:
+            loop.meanwhile = NONE  # so that another thread, which may have looked meanwhile, starts none
+            loop.meanwhile = compile_meanwhile(self)
+        as_python = NOTHING_IS_COMPILED or (not wholly and self.begins_as_python)
+        if self._ready and as_python:
+            return
+        self._ready, self.as_python, self._enter, self._search = as_python, as_python, None, None
+        self._budget = FIRST_AS_PYTHON if as_python else FIRST_BUDGET
+        if as_python:
+            return
+        began = time.thread_time()
+        try:
+            self._make_ready()
+        except NotCompiled as error:
+            who = self.composition.author_of(str(error))
+            told = f"the hooks of {who} do not compile: {error}"
+            if wholly or self._wanted:
+                raise PhaseError(told) from error
+            loop.stay(told)
+            self.compile()
+        self.compile_seconds += time.thread_time() - began
+        self._ready = True
+
+    @property
+    def begins_as_python(self) -> bool:
+        """Whether the next events run as Python."""
+        wanted = self._wanted
+        if wanted is None:
+            return not self.loop.is_worth(self.packed)
+        return NOTHING_IS_COMPILED or not wanted
+
+    @property
+    def _wanted(self) -> bool | None:
+        own = self.composition.compiled
+        return default() if own is None else own
+
+    def _make_ready(self) -> None:
+        with Interruptible():
+            make_ready(self.loop, *self.packed, 0, 0, 0, 0)
+            if self.commands == Commands.ALL:
+                self._blockers(np.zeros(0, ROWS))
 
     def chunk(self, until: int, contacts: int, most: int = UNLIMITED, quota: int = UNLIMITED) -> int:
         """Runs one chunk of the loop, takes over its log, acts on its reason, and returns the reason.
@@ -244,7 +298,7 @@ class Engine(Tables):
         ``quota`` that of contacts at tick ``until``. No signal comes between the loop and its log
         (``Unbroken``). Raises ZenoError, MissedContactError or PhaseError for a fault.
         """
-        if not self._ready:
+        if self.as_python or not self._ready:
             self.compile()
         self._demand_whole()
         self.busy = True
@@ -270,9 +324,10 @@ class Engine(Tables):
         began = time.thread_time()
         budget = most if most < self._budget else self._budget
         before, heads = self.fields.now[0], layout.steps(self.count)
+        had = (self.events, self.contacts) if self.as_python else (0, 0)
         try:
             reason = int(self.enter(until, budget, contacts, quota))
-        except Exception as error:  # a hook that raises, or one that is interpreted and leaves its arrays
+        except Exception as error:  # a hook that raises, or one that leaves its arrays, as Python
             where = place_of(error)
             text = f"a hook of {self.composition.author_of(where)} raised {sentence(error)}{where}"
             self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {text}")
@@ -280,6 +335,10 @@ class Engine(Tables):
             raise self.broken from error
         took = time.thread_time() - began
         self.cpu_seconds += took
+        if self.as_python:
+            self.python_seconds += took
+            self.python_events += self.events - had[0]
+            self.python_contacts += self.contacts - had[1]
         self._take_over(before)
         self._demand_rules()
         went = self.fields.now[0] - before
@@ -288,7 +347,7 @@ class Engine(Tables):
         if reason == BUDGET_SPENT and budget == self._budget and took < CHUNK_SECONDS / 2:
             self._budget *= 2
         elif took > 2 * CHUNK_SECONDS:
-            self._budget = max(self._budget // 2, FIRST_BUDGET)
+            self._budget = max(self._budget // 2, FIRST_AS_PYTHON if self.as_python else FIRST_BUDGET)
         return reason
 
     def _respond(self, reason: int) -> int:
@@ -597,7 +656,10 @@ class Engine(Tables):
         into, FREE, or FREE - 1 - i for the i-th; the loop would find the same, after a copy of all tables."""
         found = np.empty(len(rows), dtype=np.int64)
         if self._search is None:
-            self._search = bound(self.composition.find_room, self.packed[0], given=(rows, found))
+            compiled = not (self.as_python if self._ready else self.begins_as_python)
+            self._search = bound(
+                self.composition.find_room, self.packed[0], given=(rows, found), compiled=compiled
+            )
         self._search(rows, found)
         return found
 
@@ -732,7 +794,7 @@ class Engine(Tables):
                 self.clock.base += quiet * (SPAN // TICKS)
                 parts = {"PERIODIC": bool(scene.periodic)}
                 passing = compose(spans.pass_spans, parts, "pass_spans", Kernel)
-                bound(passing, self.packed[0], given=(quiet,))(quiet)
+                passing(self.packed[0], quiet)
                 for past in spans.ticks_of(self.k, Quantity.PAST):
                     past[...] = LONG_AGO
                 self.lay_out(self.speed)

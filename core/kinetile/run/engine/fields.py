@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.compiled import bound, packed
+from kinetile.kernel.compiled import Packed, bound
 from kinetile.kernel.tables import Kernel, Records, slots_taken
 
 Fields: TypeAlias = Any
@@ -45,6 +45,7 @@ class Tables:
     loop: Any
     _packed: Any = None
     _enter: Any = None
+    as_python: bool = False  # whether the loop runs as Python
     _search: Any = None
     _ticks: list[npt.NDArray[np.int64]] | None = None  # their columns of ticks, and those of the phase
     _command_bytes: memoryview | None = None
@@ -67,14 +68,14 @@ class Tables:
     def packed(self) -> Any:
         """The tables, and the broad phase's state, as composed functions take them."""
         if self._packed is None:
-            self._packed = packed(self._k), packed(self.state)
+            self._packed = Packed(self._k), Packed(self.state)
         return self._packed
 
     @property
     def enter(self) -> Any:
         """The loop for the tables: a function of its four numbers."""
         if self._enter is None:
-            self._enter = bound(self.loop, *self.packed, given=range(4))
+            self._enter = bound(self.loop, *self.packed, given=range(4), compiled=not self.as_python)
         return self._enter
 
     @property

@@ -76,6 +76,10 @@ def contents_at_start(scene: Scene) -> Contents:
     return Contents(plans, *empty, clock)
 
 
+USED = ("cpu_seconds", "compile_seconds", "python_seconds", "python_events", "python_contacts")
+"""Fields of a state that say what a run has taken."""
+
+
 @dataclass(frozen=True, eq=False)
 class RunState:
     """What an engine begins with, and what is saved of it between two chunks.
@@ -102,6 +106,9 @@ class RunState:
     audits: int = 0
     cpu_seconds: float = 0.0
     compile_seconds: float = 0.0
+    python_seconds: float = 0.0
+    python_events: int = 0
+    python_contacts: int = 0
 
     @classmethod
     def at_start(cls, scene: Scene, clock: Clock, keep_contacts: bool, keep_commands: bool) -> Self:

@@ -187,8 +187,8 @@ def _check_begin(content: bytes, name: str) -> None:
 
 
 _OF_STATE: dict[str, Any] = {
-    **dict.fromkeys(("base", "audits"), int),
-    **dict.fromkeys(("cpu_seconds", "compile_seconds"), int | float),
+    **dict.fromkeys(("base", "audits", "python_events", "python_contacts"), int),
+    **dict.fromkeys(("cpu_seconds", "compile_seconds", "python_seconds"), int | float),
     **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple, "pull": tuple | None},
 }
 """Fields of a run's state that are in the head under their names, with their types."""

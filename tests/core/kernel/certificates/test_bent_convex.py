@@ -17,10 +17,12 @@ from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQu
 from kinetile_accuracy.specification.bent_shapes import bent_parting_tick, bent_tick
 from kinetile_accuracy.specification.shapes import Difference
 from lanes import first
+from two_forms import compiled
 
 TICK = 2.0**-52
 
 
+@compiled
 @hook
 def ask(numbers, x, y, elapsed, met, since):
     f = pointer(numbers)

@@ -13,6 +13,7 @@ from kinetile.kernel.compiled import hook
 from kinetile.kernel.skin import Skin
 from kinetile.kernel.tables import NEVER, allocate
 from kinetile.kernel.vectors import floor, lane, pick
+from two_forms import both_ways
 
 pytestmark = pytest.mark.small
 
@@ -56,6 +57,7 @@ def test_an_inversion_that_is_deep_at_the_end_of_the_tick_fails_now(gap, rate, l
 NUMBERS = np.arange(8, dtype=np.int32)
 
 
+@both_ways
 @hook
 def fall_together(k, since, gap, rate, ticks):
     found = falls_eight(k, floor(pick(since, NUMBERS, 0)), pick(gap, NUMBERS, 0), pick(rate, NUMBERS, 0))
@@ -88,6 +90,7 @@ def test_eight_at_a_time_fell_otherwise_than_one_at_a_time(quantities, now):
     assert eight.counts[0].late == one.counts[0].late
 
 
+@both_ways
 @hook
 def rise_together(k, g0, g1, g2, g3, g4, scale, ticks):
     found = first_rise(

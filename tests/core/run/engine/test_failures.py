@@ -11,7 +11,7 @@ import pytest
 import broken_phases
 import kinetile as kt
 from kinetile.errors import MissedContactError, PhaseError
-from kinetile.kernel.compiled import INTERPRETED, python_of
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED, python_of
 from kinetile.plugin.protocols import arguments_of
 from kinetile.run.compose import accepting, compose_phases
 from kinetile.run.simulation import composition_of
@@ -76,7 +76,7 @@ def test_a_newcomer_that_repair_does_not_name_is_told_by_the_next_audit():
     assert caught.value.bodies == (0, 1)
 
 
-@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.skipif(NOTHING_IS_COMPILED, reason="nothing is compiled")
 def test_a_hook_that_does_not_compile_is_a_phase_error():
     sim = kt.Simulation(head_on(), "does-not-compile")
     with pytest.raises(PhaseError, match=r"(?s)does-not-compile, disc, wall do not compile.*temperature"):

@@ -1,0 +1,48 @@
+"""Hooks called from tests: in machine code, or in both forms that they have in one process, compared."""
+
+import copy
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED, compiled_by_default, composer, pointer, python_of
+
+
+def compiled(asked: Callable[..., Any], first: str = "{}") -> Callable[..., Any]:
+    """Returns a hook as a function that runs in machine code; ``first`` makes the hook's first argument."""
+    names = [*inspect.signature(python_of(asked)).parameters]
+    called = ", ".join([first.format(names[0]), *names[1:]])
+    code = compile(f"lambda {', '.join(names)}: asked({called})", __file__, "eval")
+    template = eval(code, {"pointer": pointer, "asked": asked, "__name__": __name__})
+    if NOTHING_IS_COMPILED:
+        return template
+    made = composer._compose(template, {"asked": asked}, python_of(asked).__name__, tuple)
+    return compiled_by_default(True)(made.__call__)
+
+
+def both_ways(asked: Callable[..., Any], first: str = "{}") -> Callable[..., Any]:
+    """Returns a hook as a function that compares what it returns and writes as Python with what it does in
+    machine code, bit for bit: of what is not a number only that it is none, and no types."""
+    machine, python = compiled(asked, first), lambda *given: asked(*given)
+    if first == "{}[0]":
+        python = lambda table, *rest: asked(table[0], *rest)  # noqa: E731
+
+    def compared(*given: Any) -> Any:
+        twin = copy.deepcopy(given)
+        with np.errstate(all="ignore"):
+            found = python(*given)
+        assert _bits((machine(*twin), twin)) == _bits((found, given))
+        return found
+
+    return compared
+
+
+def _bits(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [*map(_bits, value)]
+    plain = np.asarray(value)
+    if plain.dtype == np.float64:
+        return np.where(np.isnan(plain), np.nan, plain).tobytes()
+    return plain.tolist() if plain.dtype.names is None else plain.tobytes()
