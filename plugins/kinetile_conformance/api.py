@@ -12,12 +12,14 @@ from typing import Any, TypeVar, Unpack
 
 from kinetile import Response
 from kinetile.errors import BadOption, Refused, one_of
+from kinetile.instruments import compiled_by_default
 from kinetile_conformance.cases import Subject, load_case
-from kinetile_conformance.checks import CHECKS
+from kinetile_conformance.checks import CHECKS, FIRST
+from kinetile_conformance.checks.check import JUDGED
 from kinetile_conformance.isolated import DEATHS, IsolatedRunner
 from kinetile_conformance.pipe import JUDGING, EngineReport, EngineRunner
 from kinetile_conformance.pipe import SECONDS as LINE_SECONDS
-from kinetile_conformance.reporting import KIT_VERSION, SLIP, Report, Result
+from kinetile_conformance.reporting import KIT_VERSION, Report, Result
 from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, unheard
 
 
@@ -26,7 +28,7 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
 
     A child process judges it, so this one goes on whatever the phase does. A check that the child did not
     survive has the status "died", with the cause and, as far as it can be seen, the place; after three deaths
-    the other checks are not run.
+    the other checks are not run. Nor are they where one fails on the scenes that run as Python first.
 
     Raises UnknownName and BadOption; NotJudged where it does not load, or its hooks do not compile (the
     message says where); Refused where it refuses every sample of a scene, or cannot be sent to another
@@ -34,8 +36,10 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
     """
     plan = Plan.of_phase(name, options)
     with closing(IsolatedRunner(plan, options.get("on_scene", unheard))) as runner:
-        runner.smoke_test()
-        return _judged(plan.report(), runner, plan.checks, options)
+        names = runner.begin(plan.checks)
+        report = _judged(plan.report(), runner, names, options)
+    left = len(plan.checks) > len(names)
+    return replace(report, notes=("the others are not run until this error is gone",)) if left else report
 
 
 def check_engine(
@@ -67,10 +71,8 @@ def _judged(
 ) -> SomeReport:
     began, here, on_result = time.perf_counter(), Path.cwd(), options.get("on_result", unheard)
     for done, check in enumerate(checks):
-        slips = any(SLIP.search(each.said) for each in report.results[-1:])
-        if runner.deaths >= DEATHS or slips:
-            why = "until this error is gone" if slips else f"after {runner.deaths} deaths"
-            note = f"not run, {why}: {', '.join(checks[done:])}"
+        if runner.deaths >= DEATHS:
+            note = f"not run, after {runner.deaths} deaths: {', '.join(checks[done:])}"
             report = replace(report, notes=(note,))
             break
         result = runner.run(check)
@@ -88,7 +90,8 @@ def replay(
     check: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Result:
-    """Runs a check on the scene of a file; returns its result, with the verdict where it fails.
+    """Runs a check on the scene of a file; returns its result, with the verdict where it fails. What the kit
+    runs as Python first runs so here.
 
     A file that the kit has saved names the check that failed, the narrow phases and the response that were
     under test, and the options of this broad phase: these are the defaults; of any other the check is
@@ -112,11 +115,15 @@ def replay(
     skipped = applicable(subject, known[wanted])
     if skipped is not None:
         raise BadOption(f"the check {wanted!r} does not apply to {name!r}: it is {skipped}")
-    began, run = time.perf_counter(), CheckRun(known[wanted], subject)
-    holds = run.holds(scene)
-    if run.refused:
-        raise Refused(run.refusal)
-    took, status = time.perf_counter() - began, "passed" if holds else "failed"
-    text, sentence = run.message or "", run.each.sentence
-    result = Result(wanted, sentence, status, 1, took, text, bodies=len(scene), case=path)
-    return result if holds else replace(result, verdict=Runner(Plan(subject)).verdict(wanted, scene))
+    began = time.perf_counter()
+    for compiled in (False, True) if wanted in FIRST and len(scene) <= JUDGED else (True,):
+        run = CheckRun(known[wanted], subject)
+        with compiled_by_default(compiled):
+            holds, took = run.holds(scene), time.perf_counter() - began
+            verdict = "" if holds else Runner(Plan(subject)).verdict(wanted, scene)
+        if run.refused:
+            raise Refused(run.refusal)
+        if not holds:
+            break
+    text, sentence, status = run.message or "", run.each.sentence, "passed" if holds else "failed"
+    return Result(wanted, sentence, status, 1, took, text, "", verdict, len(scene), path)

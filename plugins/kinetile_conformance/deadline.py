@@ -10,12 +10,18 @@ import os
 import time
 from collections.abc import Iterator
 
-from kinetile.instruments import INTERPRETED, compiling_seconds, end_after, limit_memory, while_compiling
+from kinetile.instruments import (
+    NOTHING_IS_COMPILED,
+    compiling_seconds,
+    end_after,
+    limit_memory,
+    while_compiling,
+)
 
-SECONDS = 600.0 if INTERPRETED else 60.0
+SECONDS = 600.0 if NOTHING_IS_COMPILED else 60.0
 """CPU seconds that a check of a hundred scenes may take, without compiling."""
 
-SCENE_SECONDS = 300.0 if INTERPRETED else 20.0
+SCENE_SECONDS = 300.0 if NOTHING_IS_COMPILED else 20.0
 """CPU seconds that a check may take for one simulation of a scene, of which most take a hundredth."""
 
 LONGER = 4.0

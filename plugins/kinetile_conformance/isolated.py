@@ -8,7 +8,7 @@ import pickle
 import re
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -18,10 +18,10 @@ from typing import Any, cast
 import kinetile
 from kinetile import Scene
 from kinetile.errors import PhaseError
-from kinetile.instruments import is_library
+from kinetile.instruments import NOTHING_IS_COMPILED, compiled_by_default, is_library
 from kinetile_conformance import deadline
 from kinetile_conformance.cases import Subject, provided
-from kinetile_conformance.checks import check_named
+from kinetile_conformance.checks import FIRST, check_named
 from kinetile_conformance.drawing import Search, by_number, leave_out
 from kinetile_conformance.processes import IDLE, Child, Died, Hear, Message, leave_without_memory
 from kinetile_conformance.reporting import Result, diagnosed, saved
@@ -31,6 +31,9 @@ from kinetile_conformance.strategies.gallery import smallest
 
 DEATHS = 3
 """Deaths after which the checks that are left are not run."""
+
+FEW = 12
+"""Scenes of a check that run as Python first: beginners' errors show on them, within some seconds."""
 
 ENDINGS = {
     "endless": ("died", "an endless loop{place}, in {what}: {scene:g} CPU s, and no end of one scene"),
@@ -81,6 +84,8 @@ class IsolatedRunner:
         self._here = Runner(plan) if plan.in_process else None
         self._scene_seconds = deadline.SCENE_SECONDS
         self._child: Child | None = None
+        self._known: dict[str, Result] = {}
+        self._loaded: set[bool] = set()
 
     def close(self) -> None:
         """Ends the child."""
@@ -88,12 +93,35 @@ class IsolatedRunner:
             self._child.end()
             self._child = None
 
-    def smoke_test(self) -> None:
-        """Loads, compiles and runs the phase once; where the process dies, the checks will say why."""
-        with suppress(Died):
-            self._call(Runner.smoke_test)
+    def begin(self, names: Sequence[str]) -> Sequence[str]:
+        """Runs those FIRST of some checks as Python, on few scenes; returns the one that fails, of which
+        ``run`` has the result. Where none does, compiles the phase, and returns all."""
+        self._load(compiled=False)
+        for name in [name for name in FIRST if name in names]:
+            with compiled_by_default(False):
+                result = self._run(name, None if NOTHING_IS_COMPILED else FEW)
+            fails = result.status in ("failed", "died")
+            if fails or NOTHING_IS_COMPILED or check_named(name).strategy is None:
+                self._known[name] = result
+            if fails:
+                return [name]
+        self.deaths = 0
+        self._load(compiled=True)
+        return names
+
+    def _load(self, compiled: bool) -> None:
+        """Loads and runs the phase once; where the process dies, the checks will say why."""
+        with suppress(Died), compiled_by_default(compiled):
+            if compiled not in self._loaded:
+                self._call(Runner.smoke_test)
+            self._loaded.add(compiled)
 
     def run(self, name: str) -> Result:
+        """Runs the check of a name, compiled, unless ``begin`` has decided it."""
+        with compiled_by_default(True):
+            return self._known.pop(name, None) or self._run(name)
+
+    def _run(self, name: str, most: int | None = None) -> Result:
         """Runs the check of a name; if the child dies, again on ever fewer bodies, as long as it does."""
         last: Message = {"count": 0}
         failed: Message = {}
@@ -107,7 +135,7 @@ class IsolatedRunner:
 
         began = time.perf_counter()
         try:
-            return cast(Result, self._call(Runner.run, name, hear=hear))
+            return cast(Result, self._call(Runner.run, name, most, hear=hear))
         except Died as died:
             self.deaths += 1
             result = self._death(died, name, failed or last)

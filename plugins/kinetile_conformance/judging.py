@@ -16,6 +16,7 @@ from typing import Any
 
 from kinetile import Scene, load_scene, make_scene
 from kinetile.errors import KinetileError, NotJudged, PhaseError, Refused, printable
+from kinetile.instruments import compiled_by_default
 from kinetile_accuracy.environment import environment
 from kinetile_bench.user_scene import SceneRow, bench_scene
 from kinetile_conformance.cases import REFERENCE, Subject
@@ -136,7 +137,7 @@ class Judgement:
                 each.run(on_scene=lambda check, n, of=label: show(None, f"{of}: {check}, {n:,}"), **how)
             except KinetileError as error:
                 each.error = str(error)
-        with ExitStack() as children:
+        with ExitStack() as children, compiled_by_default(True):
             measures: list[tuple[Judged, Callable[[Scene, Any], Measured]]] = []
             for each in (each for each in self.judged if not each.error):
                 report = each.report

@@ -27,7 +27,7 @@ from typing import Any, BinaryIO, cast
 
 from kinetile import registry
 from kinetile.errors import BadOption, MissingExtra, NotJudged, Refused
-from kinetile.instruments import out_of_time
+from kinetile.instruments import as_python, compiled_by_default, out_of_time
 from kinetile_conformance.cases import PhasePlugin, Subject, provided
 from kinetile_conformance.deadline import SCENE_SECONDS, TimeIsUp, keep_limits, uncounted
 
@@ -158,10 +158,10 @@ class Child(Program):
         self.send(begin)
 
     def call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = lambda _: None) -> Any:
-        """Returns what a function returns there, called with what was made, and arguments; ``hear`` gets each
-        message. Raises Died where the process ends, or is ended, since it sends nothing for too long, and
-        BadOption, NotJudged or Refused as the function does."""
-        self.send(pickle.dumps((function, arguments)))
+        """Returns what a function returns there, called with what was made, and arguments, as Python if all
+        runs so here; ``hear`` gets each message. Raises Died where the process ends, or is ended, since it
+        sends nothing for too long, and BadOption, NotJudged or Refused as the function does."""
+        self.send(pickle.dumps((not as_python(), function, arguments)))
         trace = ""
         while (message := self.receive()) is not None:
             if "returned" in message:
@@ -237,12 +237,11 @@ def in_a_child(
     subject: Subject,
     *arguments: Any,
     environment: Mapping[str, str] | None = None,
-    seconds: float = SCENE_SECONDS,
 ) -> Any:
-    """Returns what a function returns in a child, called with the phases under test, and arguments; a
-    simulation has these CPU ``seconds``. Raises Died, TimeIsUp where one takes longer or waits for
-    something, and BadOption, NotJudged or Refused from the function, or where phases cannot be sent."""
-    child = Child(subject, partial(_themselves, seconds), environment)
+    """Returns what a function returns in a child, called with the phases under test, and arguments. Raises
+    Died, TimeIsUp where a simulation takes longer than SCENE_SECONDS or waits for something, and BadOption,
+    NotJudged or Refused from the function, or where phases cannot be sent."""
+    child = Child(subject, _themselves, environment)
     try:
         return child.call(function, *arguments)
     except Died as died:
@@ -253,8 +252,8 @@ def in_a_child(
         child.end()
 
 
-def _themselves(seconds: float, subject: Subject, _: Hear) -> Subject:
-    keep_limits(seconds)
+def _themselves(subject: Subject, _: Hear) -> Subject:
+    keep_limits(SCENE_SECONDS)
     return subject
 
 
@@ -289,12 +288,13 @@ def main() -> None:
             registry().add(plugin)
         server = make(subject, send)
         gc.freeze()  # what is loaded by now stays: to look through it takes a tenth of a second each time
-        calls: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
+        calls: queue.SimpleQueue[tuple[bool, Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
         threading.Thread(target=_listen, args=(link, calls, folder), daemon=True).start()
         while True:
-            function, arguments = calls.get()
+            compiled, function, arguments = calls.get()
             try:
-                found = {"returned": function(server, *arguments)}
+                with compiled_by_default(compiled):
+                    found = {"returned": function(server, *arguments)}
             except RAISED as error:
                 leave_without_memory(error)
                 found = {"raised": next(kind for kind in RAISED if isinstance(error, kind))(str(error))}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from typing import TYPE_CHECKING, Any, Unpack
 
 import pytest
@@ -30,11 +29,10 @@ def parametrize_with_checks(
     check_options("broad phase", name, phase, plan.subject.options)
     phase(**plan.subject.options)
     runner = IsolatedRunner(plan)
-    smoke_test = cache(runner.smoke_test)
 
     def case(check: str) -> Any:
         def run() -> None:
-            smoke_test()
+            runner.begin([check])
             result = runner.run(check)
             if result.status == "skipped":
                 pytest.skip(result.reason)

@@ -26,10 +26,6 @@ expression ``pattern`` is found, of ``kinds`` (none: broad), the more particular
 mistakes cause most symptoms."""
 
 
-SLIP = re.compile(r" raised (NameError|UnboundLocalError|AttributeError|TypeError): ")
-"""An error that every check would meet: the checks after one that fails so are not run."""
-
-
 @dataclass(frozen=True)
 class Result:
     """The result of one check: passed, failed, skipped, died (the process did not survive it), or not judged

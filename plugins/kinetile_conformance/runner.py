@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import count
+from itertools import count, islice
 from pathlib import Path
 from typing import Any, ClassVar, TypedDict
 
 from kinetile import Response, Scene, Settings, box, capsule, registry
 from kinetile.errors import BadOption, KinetileError, MissingExtra, NotJudged, Refused, UnknownName, one_of
-from kinetile.instruments import INTERPRETED, check_options, composition_of, place_of, read_narrow_phases
+from kinetile.instruments import as_python, check_options, composition_of, place_of, read_narrow_phases
 from kinetile_conformance.cases import CONTACTS, REFERENCE, RunOutcome, Subject, outcome, provided
 from kinetile_conformance.checks import CHECKS, check_named
 from kinetile_conformance.checks.check import Check, Disagreement, DoesNotApply, Reference
@@ -31,8 +31,9 @@ from kinetile_conformance.watched_hooks import unmarked
 EXAMPLES = 100
 """Scenes drawn for each check by default."""
 
-MEMORY, REDUCING = 4 << 30, 20.0
-"""Bytes that a child may take by default, and CPU seconds for minimising a scene of hundreds of bodies."""
+MEMORY, REDUCING, QUICKLY = 4 << 30, 20.0, 3.0
+"""Bytes that a child may take by default, and CPU seconds for minimising a scene of hundreds of bodies, and
+as Python."""
 
 KEPT, AGAIN = 400, 5
 """Outcomes of the reference that are kept, for checks that share scenes; repetitions of a failed check."""
@@ -262,16 +263,18 @@ class Runner:
         self._observe = observe
 
     def smoke_test(self) -> None:
-        """Loads a phase, compiles it for the first sample that it does not refuse, and runs it on that,
-        however that ends. Raises NotJudged where it does not load, a part of it raises, its hooks do not
-        compile or have a slip, with the place; UnknownName, BadOption; and Refused where it refuses all."""
+        """Loads a phase, compiles it, unless it is to run as Python, for the first sample that it does not
+        refuse, and runs it on that, however that ends. Raises NotJudged where it does not load, a part of it
+        raises, or its hooks are plain functions, do not compile or have a slip, with the place; UnknownName,
+        BadOption; and Refused where it refuses all."""
         refusals = []
         for scene in SAMPLES:
             try:
                 sim = self.subject.simulation(scene)
-                sim.compile()
-                for text in unmarked(composition_of(sim).broad) if INTERPRETED else ():
+                for text in unmarked(composition_of(sim).broad) if as_python() else ():
                     raise NotJudged(text)
+                if not as_python():
+                    sim.compile()
                 try:
                     sim.run()
                     sim.audit()
@@ -311,8 +314,8 @@ class Runner:
             return f"also {also}, but not {fine}" if fine else f"also {also}: {suspect}"
         return f"only {subject.name}" + (f"; {fine} agree with the reference" if fine else "")
 
-    def run(self, name: str) -> Result:
-        """Runs the check of a name and returns its result."""
+    def run(self, name: str, most: int | None = None) -> Result:
+        """Runs the check of a name on its scenes, or as many of them, and returns its result."""
         each = check_named(name)
         skipped = applicable(self.subject, each)
         if skipped is not None:
@@ -320,10 +323,11 @@ class Runner:
         began, late = spent(), False
         run = CheckRun(each, self.subject, self._reference, self._observe, self.plan.seconds)
         try:
-            fails = not all(map(run.holds, self._scenes(run)))
+            fails = not all(map(run.holds, islice(self._scenes(run), most)))
             if fails and self.plan.shrink and each.strategy and run.scene is not None:
                 run.end = math.inf
-                reduced(run.scene, lambda fewer: not run.holds(fewer), REDUCING)
+                seconds = QUICKLY if as_python() else REDUCING
+                reduced(run.scene, lambda fewer: not run.holds(fewer), seconds)
         except TimeIsUp:
             late = run.message is None
         status, reason = "passed", ""

@@ -27,6 +27,7 @@ from kinetile import BroadPhaseSpec, Scene, Simulation, registry
 from kinetile.errors import KinetileError, Refused
 from kinetile.instruments import column, fields_in, line_of_author, place_of
 from kinetile.toolbox import NOBODY, BroadPhaseParts, Kernel
+from kinetile.toolbox import hook as marked
 from kinetile_conformance.cases import PhasePlugin, Subject, horizon
 
 WATCHED = "_watched"
@@ -35,10 +36,11 @@ WATCHED = "_watched"
 def unmarked(parts: BroadPhaseParts) -> Iterator[str]:
     """Yields functions of an author that are hooks, or are called by hooks, and are not marked: the compiler
     refuses them, and the interpreter calls them."""
-    left = [unwrap(hook) for name in STRICT if (hook := getattr(parts, name)) is not None]
+    left = [getattr(parts, name) for name in STRICT]
     seen: set[Any] = set()
     while left:
-        function = left.pop()
+        called = left.pop()
+        function = unwrap(called) if callable(called) else called
         if not isinstance(function, FunctionType) or function in seen:
             continue
         seen.add(function)
@@ -46,11 +48,11 @@ def unmarked(parts: BroadPhaseParts) -> Iterator[str]:
         place = line_of_author([(file, line)])
         if not place:
             continue
-        if not hasattr(function, "is_marked") and not linecache.getline(file, line).lstrip().startswith("@"):
+        if function is called and not linecache.getline(file, line).lstrip().startswith("@"):
             name = function.__name__
             yield f"{name} is a plain function, and hooks call only hooks: mark it with toolbox.hook{place}"
-        called = [each.argval for each in get_instructions(function) if each.opname == "LOAD_GLOBAL"]
-        left += [function.__globals__.get(name) for name in called]
+        names = [each.argval for each in get_instructions(function) if each.opname == "LOAD_GLOBAL"]
+        left += [function.__globals__.get(name) for name in names]
 
 
 class Breach(Exception):
@@ -214,6 +216,7 @@ class Watched:
                 return near(k, s, body)
 
             watched["near"] = both
+        watched |= {name: marked(watched[name]) for name in STRICT if name in watched}
         return replace(parts, **watched)
 
     def _watched(self, name: str, hook: Callable[..., Any], scene: Scene) -> Callable[..., Any]:

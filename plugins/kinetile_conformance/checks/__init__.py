@@ -14,7 +14,7 @@ from kinetile_conformance.checks.check import Check, Observation
 from kinetile_conformance.strategies import bulk, gallery, kinds, living, shapes, small, swarms, torus
 from kinetile_conformance.strategies.strategy import Draw, Strategy
 
-__all__ = ["CHECKS", "DRAWS", "OTHERWISE", "check_named", "table"]
+__all__ = ["CHECKS", "DRAWS", "FIRST", "OTHERWISE", "check_named", "table"]
 
 DRAWS: dict[str, Draw] = {
     name: draw
@@ -47,6 +47,15 @@ def _checks() -> Iterator[Check]:
 
 CHECKS: tuple[Check, ...] = tuple(_checks())
 """The first check of an observation is where it is at home."""
+
+
+FIRST = tuple(
+    each.name
+    for each in CHECKS
+    if each.name in ("same-contacts", "its-structure-is-true", "writes-only-where-it-may")
+    or (each.at_home and each.observation.judges in ("pair", "wall", "response"))
+)
+"""Those that are run as Python first: few of their scenes show most errors."""
 
 
 def check_named(name: str) -> Check:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 import kinetile as kt
 from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Simulation
 from kinetile.errors import AuditError, KinetileError, NoRoom, TooThick
-from kinetile.instruments import INTERPRETED, Command, first_difference, relabelled, with_commands
+from kinetile.instruments import Command, as_python, first_difference, relabelled, with_commands
 from kinetile.toolbox import NEVER, At, Box, Link, box_gaps, reaches_of
 from kinetile_conformance.cases import RunOutcome, Subject, difference, horizon, is_living, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
@@ -341,7 +341,7 @@ PATIENCE = 15.0
 @observation(judges="broad")
 def same_contacts_among_tens_of_thousands(case: Case) -> None:
     """Among 33,000 bodies, all but a few at rest, these meet as they do alone"""
-    if INTERPRETED:
+    if as_python():
         raise DoesNotApply("with interpreted hooks so many bodies would take minutes")
     for bodies in MANY:
         scene, chosen = of_few(bodies)

@@ -17,7 +17,6 @@ import tracemalloc
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
-from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -26,10 +25,9 @@ import numpy as np
 
 from kinetile import Scene
 from kinetile.errors import KinetileError, Refused
-from kinetile.instruments import INTERPRETED
+from kinetile.instruments import as_python, compiled_by_default
 from kinetile_conformance.cases import CONTACTS, Subject, horizon
 from kinetile_conformance.checks.check import Case, Disagreement, observation
-from kinetile_conformance.processes import Died, in_a_child
 from kinetile_conformance.strategies.gallery import small_ones
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_conformance.watched_hooks import watch_hooks
@@ -141,7 +139,7 @@ def _written() -> Iterator[Callable[[], str]]:
 def leaves_the_process_alone(case: Case) -> None:
     """It prints nothing, and changes nothing that belongs to the process: random numbers, environment,
     locale, warnings, signals, open files. It runs where an event loop does"""
-    scenes = [swarm("gas", number) for number in ((12,) if INTERPRETED else (12, 200))]
+    scenes = [swarm("gas", number) for number in ((12,) if as_python() else (12, 200))]
     for shown in scenes:
         case.subject.simulation(shown).compile()  # a compiler may warn
     random.random(), np.random.random()  # a seed that has been set already would change nothing
@@ -193,18 +191,10 @@ def memory_does_not_grow(case: Case) -> None:
     raise Disagreement(f"each simulation leaves {grown / 1024:.0f} KiB behind, all together {mib:.0f} MiB")
 
 
-SECONDS = 60.0
-"""CPU seconds for a simulation in a child."""
-
-
 def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Sequence[Any]) -> None:
-    """Raises Disagreement for what is seen of a phase whose hooks are interpreted, on some scenes; Refused
-    where it refuses all, or cannot be sent to an interpreter; TimeIsUp after SECONDS."""
-    there = partial(in_a_child, look, environment={"NUMBA_DISABLE_JIT": "1"}, seconds=SECONDS)
-    try:
-        text = (look if INTERPRETED else there)(subject, scenes)
-    except Died as died:
-        text = f"interpreted, its process ended ({died})"
+    """Raises Disagreement for what is seen of a phase whose hooks run as Python, on some scenes."""
+    with compiled_by_default(False):
+        text = look(subject, scenes)
     if text is not None:
         raise Disagreement(text)
 

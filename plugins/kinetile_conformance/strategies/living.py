@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from kinetile import Scene, Settings, Shape
 from kinetile.errors import KinetileError
-from kinetile.instruments import INTERPRETED, relabelled, with_commands
+from kinetile.instruments import as_python, relabelled, with_commands
 from kinetile_conformance.cases import REFERENCE, Subject, is_living
 from kinetile_conformance.strategies.kinds import ABSENT, KINDS, SAME_LOOP, of_kinds, with_kinds
 from kinetile_conformance.strategies.shapes import SHAPES, of_all_shapes, scaled, shape_swarm
@@ -36,8 +36,8 @@ STEPS, MANY_STEPS = 50, 200
 BATCH, RARE = 10, 5
 """Starts of scenes that are drawn in one go; one scene in this number is rare."""
 
-BURSTS = (8, 12) if INTERPRETED else (64, 200)
-"""Bodies of a burst."""
+BURSTS = {True: (8, 12), False: (64, 200)}
+"""Bodies of a burst, as Python and compiled."""
 
 CONTACTS = 40
 """Contacts in each piece of a run between two commands."""
@@ -48,8 +48,8 @@ FEWEST, MOST = 3, 300
 SIZES = ("crowd", "giants")
 """Kinds of swarms for which a grid has levels; they are drawn more often."""
 
-LEVELS = 12 if INTERPRETED else 48
-"""From how many bodies on a grid has levels for them."""
+LEVELS = {True: 12, False: 48}
+"""From how many bodies on a grid has levels for them, as Python and compiled."""
 
 
 def _of_kinds(number: int) -> Scene:
@@ -68,9 +68,10 @@ def _of_kinds(number: int) -> Scene:
 
 def _of_many(number: int) -> Scene:
     random = np.random.default_rng(number)
-    bodies = 12 if INTERPRETED else int(FEWEST * (MOST / FEWEST) ** random.random())
+    bodies = 12 if as_python() else int(FEWEST * (MOST / FEWEST) ** random.random())
     kind = str(random.choice([*SWARMS, *3 * SIZES]))
-    variation, least = (random.integers(4, 8), LEVELS) if kind in SIZES else (random.integers(8), 8)
+    lowest, least = (4, LEVELS[as_python()]) if kind in SIZES else (0, 8)
+    variation = random.integers(lowest, 8)
     return swarm(kind, max(bodies, least), number, int(variation)).replace(turns=())
 
 
@@ -221,7 +222,7 @@ class _Play:
 
     def burst(self) -> None:
         """Many come at once, each to a place of its own, one or two of them at a place that is taken."""
-        count, radius = int(self.random.choice(BURSTS)), self.widest / 64.0
+        count, radius = int(self.random.choice(BURSTS[as_python()])), self.widest / 64.0
         at = np.arange(count)
         place = self.place() + 2.25 * radius * np.column_stack([at % 16, at // 16])
         velocity = self.random.integers(-4, 5, (1 + int(self.random.integers(2)) * (count - 1), 2)) / 8.0
@@ -321,7 +322,7 @@ def _play(scene: Scene, number: int) -> Scene:
     random = play.random
     rules = [each for each in RULES if random.random() < 0.7] or [_Play.insert_one]
     rules += RARE_RULES if play.rare else ()
-    many = random.random() < 0.25 and not INTERPRETED
+    many = random.random() < 0.25 and not as_python()
     for _ in range(MANY_STEPS if many else STEPS):
         play.run(int(random.choice([0, 0, 0, 1, 1, 2, 4])))
         if play.ended:
@@ -341,7 +342,7 @@ def played(kind: str, start: int = 0) -> Iterator[Scene]:
 
 def _drawing(kind: str) -> Draw:
     """Returns what plays scenes of a kind: few with plain Python hooks, in which one takes over a second."""
-    return lambda count, start: islice(played(kind, start), max(1, count // 10) if INTERPRETED else count)
+    return lambda count, start: islice(played(kind, start), max(1, count // (10 if as_python() else 1)))
 
 
 def _all_pass() -> st.SearchStrategy[Scene]:

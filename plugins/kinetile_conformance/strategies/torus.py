@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from kinetile import Scene, Settings, Turn
-from kinetile.instruments import INTERPRETED
+from kinetile.instruments import as_python
 from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
@@ -101,8 +101,8 @@ def torus(number: int) -> Scene:
     )
 
 
-ROUNDS = 64 if INTERPRETED else 34_000
-"""Periods that bodies of a long flight fly, all together: numbers of 16 bits overflow."""
+ROUNDS = {True: 64, False: 34_000}
+"""Periods that bodies of a long flight fly, all together: compiled, numbers of 16 bits overflow."""
 
 
 def flight(number: int) -> Scene:
@@ -110,7 +110,7 @@ def flight(number: int) -> Scene:
     random, along = np.random.default_rng(number), number % 2
     sides, until = ((5, 3), (3, 5))[along], 8.0
     velocity = anyhow(random, 15)
-    velocity[:, along] += ROUNDS / until * 5.0 * random.choice([-1.0, 1.0])
+    velocity[:, along] += ROUNDS[as_python()] / until * 5.0 * random.choice([-1.0, 1.0])
     more: Any = {"arena": sides, "periodic": "xy", "settings": Settings(until=until)}
     return with_kinds(Scene(slots(random, 15, *sides), velocity, 0.4375, **more))
 

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -9,12 +10,13 @@ import pytest
 from installing import loaded
 from kinetile import BroadPhaseSpec, Response
 from kinetile.errors import NotJudged
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED, composer
 from kinetile.scene import Scene, Settings
-from kinetile_conformance import CHECKS, Result, check_broad_phase
+from kinetile_conformance import CHECKS, check_broad_phase, parametrize_with_checks
+from kinetile_conformance.api import replay
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.reporting import OFTEN, SYMPTOMS, diagnosed, likely
 from kinetile_conformance.runner import CheckRun, Plan, Runner, reference_of
 from lanes import first
@@ -82,15 +84,22 @@ PAGE = Path(__file__).parents[3] / "docs" / "tutorial.md"
 BLOCK = re.compile(r"^<!-- file: \S+/phase.py -->\n```python\n(.*?)```$", re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.interpreted
-@pytest.mark.parametrize("error", first(14, [*BEGINNERS]))
-def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
+@contextmanager
+def grid_with(error, folder):
+    """Register the grid of the page with an error; yield its row."""
     row, text = BEGINNERS[error], "\n\n".join(BLOCK.findall(PAGE.read_text(encoding="utf-8")))
     for old, new in row["edits"]:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
-    (tmp_path / "grid.py").write_text(text, encoding="utf-8")
-    with loaded(tmp_path / "grid.py") as module, registered(BroadPhaseSpec("grid", module.GridPhase)):
+    (folder / "grid.py").write_text(text, encoding="utf-8")
+    with loaded(folder / "grid.py") as module, registered(BroadPhaseSpec("grid", module.GridPhase)):
+        yield row
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("error", first(14, [*BEGINNERS]))
+def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
+    with grid_with(error, tmp_path) as row:
         runner = Runner(Plan(Subject("grid", {}), examples=12, shrink=False, explains=False))
         check, found = "", ""
         try:
@@ -104,15 +113,35 @@ def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
     assert (check, ends) == (row.get("check", ""), often(row.get("often", "")))
 
 
-@pytest.mark.small
-def test_what_every_check_would_meet_is_told_once(monkeypatch):
-    text = "PhaseError: a hook of broad phase 'grid' raised NameError: name 'fals' is not defined"
-    failed = Result("same-contacts", "It gives.", "failed", 1, 0.0, said=text)
-    monkeypatch.setattr(IsolatedRunner, "run", lambda runner, name: failed)
-    report = check_broad_phase("naive", in_process=True, checks=["same-contacts", "its-features-are-known"])
-    assert report.results == (failed,)
-    assert report.notes == ("not run, until this error is gone: its-features-are-known",)
-    assert likely("same-contacts-with-turns", text) == ""
+QUICKLY = {"shrink": False, "explains": False}
+ON_FEW = {
+    "a-helper-that-is-no-hook": (),
+    "one-more-than-near-has-written": ("same-contacts",),
+    "a-hook-moves-a-body": ("writes-only-where-it-may", "same-contacts-in-a-swarm"),
+    "repair-names-nobody": ("its-structure-is-true", "its-features-are-known"),
+}
+"""The checks of which the first fails on few small scenes, if there is one: else nothing is judged."""
+
+
+@pytest.mark.skipif(NOTHING_IS_COMPILED, reason="nothing is compiled")
+@pytest.mark.parametrize("error", first(3, [*ON_FEW]))
+def test_the_compiler_came_before_a_fault_that_few_scenes_show(error, monkeypatch, tmp_path):
+    monkeypatch.setattr(composer._Composed, "made", property(lambda _: pytest.fail("a loop is compiled")))
+    checks = ON_FEW[error] or ("same-contacts",)
+    how = {"checks": checks, "in_process": True, "save_to": tmp_path} | QUICKLY
+    with grid_with(error, tmp_path) as row:
+        if not ON_FEW[error]:
+            with pytest.raises(NotJudged, match=row["says"]):
+                check_broad_phase("grid", **how)
+            return
+        report = check_broad_phase("grid", **how)
+        assert [(each.check, each.status) for each in report.results] == [(checks[0], "failed")]
+        assert report.notes == ("the others are not run until this error is gone",) * (len(checks) > 1)
+        case = report.results[0].case
+        assert not check_named(checks[0]).strategy or not replay("grid", case).ok
+        (mark,) = parametrize_with_checks("grid", **how | {"checks": checks[:1]}).args[1]
+        with pytest.raises(AssertionError, match=checks[0]):
+            mark.values[0]()
 
 
 def test_many_rows_are_shown_on_mutants():

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from contextlib import closing
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ import hostile_phases
 import kinetile as kt
 from installing import OWN, write_metadata
 from kinetile.errors import MissingExtra, PhaseError
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
@@ -64,7 +63,7 @@ def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
         "expected arrays of int64",
     ):
         assert said in str(caught.value)
-    assert INTERPRETED or "near is a function; expected a function marked with toolbox.hook" in str(
+    assert NOTHING_IS_COMPILED or "near is a function; expected a function marked with toolbox.hook" in str(
         caught.value
     )
 
@@ -140,7 +139,7 @@ def test_a_child_that_sends_nothing_hung_the_judge(
     """No time by the clock is a limit for one that computes: beside busy processes it takes any time."""
     monkeypatch.setattr(processes, "IDLE", 1.0)
     monkeypatch.setattr(processes, "PATROL", 0.1)
-    child = Child(Subject("naive", {}), partial(processes._themselves, 0.0))
+    child = Child(Subject("naive", {}), processes._themselves)
     with pytest.raises(Died) as caught:
         child.call(function)
     assert caught.value.how == how
@@ -154,7 +153,7 @@ def compiled(name: str, *kinds: tuple[object, object]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.skipif(NOTHING_IS_COMPILED, reason="nothing is compiled")
 @pytest.mark.parametrize(
     ("name", "said"),
     [

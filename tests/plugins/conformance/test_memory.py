@@ -4,7 +4,7 @@ import pytest
 
 import kinetile as kt
 import trespassing_phases
-from kinetile.kernel.compiled import INTERPRETED
+from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.toolbox import BroadPhaseParts
 from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import side_effects
@@ -74,7 +74,7 @@ def test_the_check_sees_a_phase_of_this_process():
     assert looked.message.startswith(SEEN["uncounts"])
 
 
-@pytest.mark.skipif(INTERPRETED, reason="then there is no need of another interpreter")
+@pytest.mark.skipif(NOTHING_IS_COMPILED, reason="then there is no need of another interpreter")
 def test_a_class_that_cannot_be_imported_goes_by_value():
     class Local:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
