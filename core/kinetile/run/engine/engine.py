@@ -251,7 +251,7 @@ class Engine(Tables):
         may_start = loop.meanwhile is None and self._wanted is None and not (wholly or loop.stays)
         if may_start and loop.spent > UNNOTICED and not is_cached(loop) and loop.meanwhile is None:
             loop.meanwhile = NONE  # so that another thread, which may have looked meanwhile, starts none
-            loop.meanwhile = compile_meanwhile(self)
+            loop.meanwhile = compile_meanwhile(loop, self.composition, self.commands)
         as_python = NOTHING_IS_COMPILED or (not wholly and self.begins_as_python)
         if self._ready and as_python:
             return

@@ -14,17 +14,12 @@ import pickle
 import sys
 import tempfile
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import Any
 
-from kinetile.kernel.compiled import is_cached
 from kinetile.kernel.compiled.cache import folder, problem
-
-if TYPE_CHECKING:
-    from kinetile.run.engine.engine import Engine
+from kinetile.run.compose import Commands, Composition
 
 _PROCESS = os.getpid()
-_LATER = 10
-"""What is added to the niceness of the process."""
 
 
 class Meanwhile:
@@ -48,22 +43,21 @@ NONE = Meanwhile(0)
 """Stands for no process, and for one that has ended."""
 
 
-def compile_meanwhile(engine: Engine) -> Meanwhile:
-    """Starts the process that compiles an engine's loop; NONE where it could not, or should not: there is one
-    processor, this is a worker or a fork, or the loop cannot be kept on disk."""
+def compile_meanwhile(loop: Any, of: Composition, commands: Commands) -> Meanwhile:
+    """Starts the process that compiles the loop of a composition; NONE where it could not, or should not:
+    there is one processor, this is a worker or a fork, or the loop cannot be kept on disk."""
     worker = multiprocessing.parent_process() is not None or os.getpid() != _PROCESS
     able = hasattr(os, "posix_spawn") and sys.executable and not getattr(sys, "frozen", False)
-    if worker or not able or _processors() < 2 or engine.loop.made.stats.cache_path is None or problem():
+    if worker or not able or _processors() < 2 or loop.made.stats.cache_path is None or problem():
         return NONE
-    of = engine.composition
-    wanted = of.prepared, of.broad_phase, of.narrow_phases, of.options, engine.commands
+    wanted = of.prepared, of.broad_phase, of.narrow_phases, of.options, commands
     with suppress(Exception), tempfile.TemporaryFile() as file:  # a scene may hold what cannot be pickled
         pickle.dump(wanted, file)
         file.seek(0)
         paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
         actions = [(os.POSIX_SPAWN_DUP2, file.fileno(), 0)]
         quiet = [(os.POSIX_SPAWN_OPEN, each, os.devnull, os.O_WRONLY, 0) for each in (1, 2)]
-        command = [sys.executable, "-c", f"from {__name__} import main; main()"]
+        command = [sys.executable, "-c", "from kinetile.run.compile_loop import main; main()"]
         environment = {**os.environ, "PYTHONPATH": paths}
         return Meanwhile(os.posix_spawn(command[0], command, environment, file_actions=[*actions, *quiet]))
     return NONE
@@ -71,22 +65,6 @@ def compile_meanwhile(engine: Engine) -> Meanwhile:
 
 def _processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def main() -> None:
-    """Compiles the loop of the engine that the standard input describes."""
-    import fcntl
-
-    from kinetile.run.compose import compose_phases
-    from kinetile.run.engine.engine import Engine
-
-    os.nice(_LATER)
-    scene, broad_phase, narrow_phases, options, commands = pickle.load(sys.stdin.buffer)
-    engine = Engine(scene, compose_phases(scene, broad_phase, narrow_phases, options), False, commands)
-    folder().mkdir(parents=True, exist_ok=True)
-    fcntl.flock(os.open(folder(), os.O_RDONLY), fcntl.LOCK_EX)
-    if not is_cached(engine.loop):
-        engine.compile(wholly=True)
 
 
 def is_compiling() -> bool:

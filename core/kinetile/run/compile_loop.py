@@ -1,0 +1,27 @@
+"""What the process runs that compiles a loop while a run begins as Python (``engine.meanwhile``)."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pickle
+import sys
+
+from kinetile.kernel.compiled import is_cached
+from kinetile.kernel.compiled.cache import folder
+from kinetile.run.compose import compose_phases
+from kinetile.run.engine.engine import Engine
+
+_LATER = 10
+"""What is added to the niceness of the process."""
+
+
+def main() -> None:
+    """Compiles the loop of the engine that the standard input describes."""
+    os.nice(_LATER)
+    scene, broad_phase, narrow_phases, options, commands = pickle.load(sys.stdin.buffer)
+    engine = Engine(scene, compose_phases(scene, broad_phase, narrow_phases, options), False, commands)
+    folder().mkdir(parents=True, exist_ok=True)
+    fcntl.flock(os.open(folder(), os.O_RDONLY), fcntl.LOCK_EX)
+    if not is_cached(engine.loop):
+        engine.compile(wholly=True)
