@@ -19,7 +19,9 @@ _LATER = 10
 def main() -> None:
     """Compiles the loop of the engine that the standard input describes."""
     os.nice(_LATER)
-    scene, broad_phase, narrow_phases, options, commands = pickle.load(sys.stdin.buffer)
+    (kind, values), broad_phase, narrow_phases, options, commands = pickle.load(sys.stdin.buffer)
+    scene = object.__new__(kind)
+    vars(scene).update(values)
     engine = Engine(scene, compose_phases(scene, broad_phase, narrow_phases, options), False, commands)
     folder().mkdir(parents=True, exist_ok=True)
     fcntl.flock(os.open(folder(), os.O_RDONLY), fcntl.LOCK_EX)

@@ -144,7 +144,8 @@ class Simulation(Moment):
             are made for more: at least those of the scene; None: twice as many.
         compiled: True to compile the loop before the first event; False to run hooks as Python, for a
             debugger; None: a run of at most 1,100 bodies whose loop has not been compiled yet begins as
-            Python at once, and goes over to machine code after a second. Contacts are the same, bit for bit.
+            Python at once, and goes over when another process has compiled it, or, where that cannot be (for
+            hooks of ``__main__`` say), is compiled here after a second. Contacts are the same, bit for bit.
 
     Raises UnknownName, BadOption for an option that a phase does not have, and Refused.
     """
@@ -913,10 +914,11 @@ class Simulation(Moment):
         write_whole(path, self.snapshot(), note)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
-        return simulation_of(self.snapshot())  # by __reduce__ the snapshot would be copied as well
+        make, given = self.__reduce__()
+        return make(*given)  # else the snapshot would be copied as well
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return simulation_of, (self.snapshot(),)
+        return simulation_of, (self.snapshot(), None, None, self._engine.composition.compiled)
 
     # Within
 
@@ -1029,8 +1031,9 @@ def resume(
     broad_phase: str | None = None,
     *,
     options: Mapping[str, Any] | None = None,
+    compiled: bool | None = None,
 ) -> Simulation:
-    """Returns the simulation that ``Simulation.save`` has written to a file.
+    """Returns the simulation that ``Simulation.save`` has written to a file; ``compiled`` is as there.
 
     It continues from the plans, the clock, the commands still to come and the contacts so far, under the same
     broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built again: contacts
@@ -1044,11 +1047,14 @@ def resume(
     name = os.fspath(path)
     snapshot = unpack(read_whole(path), name)
     with no_simulation(name):
-        return simulation_of(snapshot, broad_phase, options)
+        return simulation_of(snapshot, broad_phase, options, compiled)
 
 
 def simulation_of(
-    snapshot: Snapshot, broad_phase: str | None = None, options: Mapping[str, Any] | None = None
+    snapshot: Snapshot,
+    broad_phase: str | None = None,
+    options: Mapping[str, Any] | None = None,
+    compiled: bool | None = None,
 ) -> Simulation:
     """Returns a new simulation that goes on from a snapshot, under its own phases or another broad phase."""
     phases = snapshot.phases
@@ -1058,6 +1064,7 @@ def simulation_of(
         narrow_phases=phases.narrow_phases,
         options=phases.options if broad_phase is None else options,
         live=snapshot.state.commands == Commands.ALL,
+        compiled=compiled,
     )
     simulation._go_on_from(snapshot)
     return simulation

@@ -210,6 +210,7 @@ class _Composed:
         self._entries: dict[tuple[Any, ...], Any] = {}
         self.__qualname__ = f"{python.__name__}_{label}"
         self.spent = self._looks_at = 0.0
+        self._is_there = False
         self.stays = NOTHING_IS_COMPILED
         self.meanwhile: Any = None
 
@@ -244,10 +245,10 @@ class _Composed:
             return not self.stays and _default is not False
         waits = self.spent < WORTH or (self.meanwhile is not None and self.meanwhile.runs)
         if waits and all(_is_small(each) for each in taken):
-            if self.spent < self._looks_at:
-                return False
-            self._looks_at = self.spent + WORTH / 10  # another process may have made it
-            return bool(is_cached(self))
+            if self.spent >= self._looks_at:
+                self._looks_at = self.spent + WORTH / 10  # another process may have made it
+                self._is_there = bool(is_cached(self))
+            return self._is_there
         return True
 
     @cached_property

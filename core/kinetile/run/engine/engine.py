@@ -287,9 +287,10 @@ class Engine(Tables):
 
     def _make_ready(self) -> None:
         with Interruptible():
+            if self.commands == Commands.ALL:  # first: a run goes over when its loop is on the disk
+                found = np.zeros(0, dtype=np.int64)
+                make_ready(self.composition.find_room, self.packed[0], np.zeros(0, ROWS), found)
             make_ready(self.loop, *self.packed, 0, 0, 0, 0)
-            if self.commands == Commands.ALL:
-                self._blockers(np.zeros(0, ROWS))
 
     def chunk(self, until: int, contacts: int, most: int = UNLIMITED, quota: int = UNLIMITED) -> int:
         """Runs one chunk of the loop, takes over its log, acts on its reason, and returns the reason.

@@ -50,7 +50,8 @@ def compile_meanwhile(loop: Any, of: Composition, commands: Commands) -> Meanwhi
     able = hasattr(os, "posix_spawn") and sys.executable and not getattr(sys, "frozen", False)
     if worker or not able or _processors() < 2 or loop.made.stats.cache_path is None or problem():
         return NONE
-    wanted = of.prepared, of.broad_phase, of.narrow_phases, of.options, commands
+    prepared = type(of.prepared), vars(of.prepared)  # by itself it would be the scene of the start
+    wanted = prepared, of.broad_phase, of.narrow_phases, of.options, commands
     with suppress(Exception), tempfile.TemporaryFile() as file:  # a scene may hold what cannot be pickled
         pickle.dump(wanted, file)
         file.seek(0)

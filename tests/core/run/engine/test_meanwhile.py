@@ -1,5 +1,6 @@
 """Another process compiles a loop while a run goes on as Python: whatever becomes of either."""
 
+import copy
 import json
 import multiprocessing
 import os
@@ -24,6 +25,7 @@ import kinetile as kt
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED, backend, compiled_by_default, composer
 from kinetile.kernel.compiled.cache import is_whole
+from kinetile.run import compile_loop
 from kinetile.run.engine import engine, meanwhile
 from kinetile.run.simulation import composition_of
 from kinetile.toolbox import hook
@@ -79,6 +81,31 @@ def of_main(x):
 
 
 of_main.__module__ = "__main__"
+
+
+def test_a_live_run_had_another_loop_compiled_than_its_own(monkeypatch, tmp_path):
+    """Its scene lost the room for insertions on the way, and a frame of a game waited for the compiler."""
+    given: list[Any] = []
+    monkeypatch.setattr(pickle, "dump", lambda value, file: given.append(value))
+    monkeypatch.setattr(os, "posix_spawn", lambda *how, **more: 2**22)
+    sim = kt.Simulation(SCENE, "naive", live=True)
+    of = sim._engine
+    meanwhile.compile_meanwhile(of.loop, of.composition, of.commands)
+    seen: list[Any] = []
+    monkeypatch.setattr(compile_loop.Engine, "compile", lambda engine, wholly: seen.append(engine.loop))
+    monkeypatch.setattr(compile_loop, "is_cached", lambda loop: False)
+    monkeypatch.setattr(compile_loop, "folder", lambda: tmp_path)
+    monkeypatch.setattr(os, "nice", lambda more: None)
+    (tmp_path / "given").write_bytes(pickle.dumps(*given))
+    with (tmp_path / "given").open() as file:
+        monkeypatch.setattr(sys, "stdin", file)
+        compile_loop.main()
+    assert seen[0].made.py_func.__qualname__ == of.loop.made.py_func.__qualname__
+
+
+def test_a_copy_of_a_run_for_a_debugger_was_compiled():
+    sim = kt.Simulation(SCENE, "naive", compiled=False)
+    assert not copy.deepcopy(sim).compiled
 
 
 def test_no_process_is_started_for_hooks_of_main(started):
