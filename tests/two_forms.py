@@ -25,14 +25,12 @@ def compiled(asked: Callable[..., Any], first: str = "{}") -> Callable[..., Any]
 def both_ways(asked: Callable[..., Any], first: str = "{}") -> Callable[..., Any]:
     """Returns a hook as a function that compares what it returns and writes as Python with what it does in
     machine code, bit for bit: of what is not a number only that it is none, and no types."""
-    machine, python = compiled(asked, first), lambda *given: asked(*given)
-    if first == "{}[0]":
-        python = lambda table, *rest: asked(table[0], *rest)  # noqa: E731
+    machine = compiled(asked, first)
 
     def compared(*given: Any) -> Any:
-        twin = copy.deepcopy(given)
+        twin, (one, *rest) = copy.deepcopy(given), given
         with np.errstate(all="ignore"):
-            found = python(*given)
+            found = asked(one[0] if first == "{}[0]" else one, *rest)
         assert _bits((machine(*twin), twin)) == _bits((found, given))
         return found
 

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
-from kinetile.kernel.compiled import compose, disowned, replaced, smaller, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, smaller, to_be_filled_in
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
@@ -379,7 +379,7 @@ def _computed_again(
         parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     images = np.zeros((len(pairs), 2), np.int64)
-    aside = replaced(tables, "clock", k.clock.copy())  # a fault of a narrow phase must not end the run
+    aside = tables.replaced("clock", k.clock.copy())  # a fault of a narrow phase must not end the run
     compose(compute_again, parts, "audit", Kernel)(aside, pairs, meetings, images, walls)
     return meetings, images, walls
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kinetile.errors import PhaseError
 from kinetile.kernel.chords import as_seen
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.compiled import compose, disowned, replaced, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, to_be_filled_in
 from kinetile.kernel.tables import NEVER, Kernel, is_there, read_only
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.drawing import At, Coordinate, Entry, Item, Link, Point, points_of, with_points
@@ -42,7 +42,7 @@ def named_near(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[
     """Returns (body, other) for all bodies that the broad phase names near each body, itself apart, (m, 2);
     written aside, since a run in another thread has its own in ``k.near``. ``tables``: ``k``, packed."""
     broad, seen, aside = composition.broad, as_seen(k), np.zeros_like(k.near)
-    given = replaced(tables, "near", aside) if seen is k else seen._replace(near=aside)
+    given = tables.replaced("near", aside) if seen is k else seen._replace(near=aside)
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
     found = np.zeros((8 * len(k.bodies) + 64, 2), dtype=np.int32)
     count = int(listing(given, broad.state, found))

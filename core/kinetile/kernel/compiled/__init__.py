@@ -32,7 +32,6 @@ from kinetile.kernel.compiled.composer import compose as compose
 from kinetile.kernel.compiled.composer import default as default
 from kinetile.kernel.compiled.composer import is_cached as is_cached
 from kinetile.kernel.compiled.composer import make_ready as make_ready
-from kinetile.kernel.compiled.composer import replaced as replaced
 from kinetile.kernel.compiled.composer import while_compiling as while_compiling
 from kinetile.kernel.compiled.composer import with_numpy as with_numpy
 from kinetile.kernel.compiled.hooks import Hook as Hook

@@ -411,7 +411,7 @@ def lowered(
 
 
 class _Both(type(intrinsic(lambda typing_context: None))):  # type: ignore[misc]
-    """An intrinsic which, called from Python, is a Python function."""
+    """An intrinsic which, called from Python, is a Python function. (Numba's class has no public name.)"""
 
     def __call__(self, *arguments: Any) -> Any:
         return self.python(*arguments)

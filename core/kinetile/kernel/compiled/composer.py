@@ -164,11 +164,6 @@ class Packed:
 _kinds: dict[tuple[Any, ...], Any] = {}
 
 
-def replaced(tables: Packed, name: str, table: Any) -> Packed:
-    """Returns packed tables with another one, of the same kind, in the place of one of them."""
-    return tables.replaced(name, table)
-
-
 def bound(
     function: Callable[..., Any], *tables: Packed, given: Iterable[Any], compiled: bool
 ) -> Callable[..., Any]:
@@ -220,7 +215,7 @@ class _Composed:
             return self.as_python(*taken)
         try:
             entry = self.entry(taken)
-        except Exception as error:  # as in make_ready
+        except Exception as error:  # Numba lets errors of all types through
             self.stay(complaint(error))
             return self.as_python(*taken)
         return entry(*[each.address if type(each) is Packed else each for each in taken])

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.compiled import replaced
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.tables import NEVER, Kernel
@@ -95,7 +94,7 @@ class Query:
         if any(self.periods):
             clock[0].torus.foreseen = self.until - self.now + OLDEST * TICKS
             clock[0].limits.fat += 2.0**-40 * MOST_PERIODS * sum(self.periods)  # as for what is cast
-        return replaced(self.packed, "clock", clock)
+        return self.packed.replaced("clock", clock)
 
     @cached_property
     def places(self) -> Floats:
