@@ -1,6 +1,6 @@
 """The narrow phase of convex bodies: discs, capsules, boxes, polygons, rounded or not, and obstacles.
 
-Bodies do not rotate. When two of them touch is decided exactly (``kinetile.kernel.certificates.convex``;
+Bodies do not rotate. When two of them touch is decided exactly (``kinetile.kernel.certificates.shapes``;
 docs/specification.md, rule 5s), with the difference of their shapes from a table that is made once. What
 follows is rule 9s: they exchange momentum across the face of the difference, or along the line from a corner.
 
@@ -58,25 +58,20 @@ from kinetile.toolbox.ticks import (
     RADIUS,
     RANK,
     WIDE,
-    BentPlans,
     Numbers,
     Plans,
-    bent_enters,
-    bent_leaves,
-    bent_nearer,
-    bent_plans_of,
-    bent_plans_through,
-    bent_wall,
+    are_accelerated,
     comes_nearer,
     counts_from,
     difference_table,
     enters,
     first_image_of,
+    have_just_met,
     leaves,
-    met_through,
     nearest_whole,
-    plans_through,
+    plans_of,
     pointer,
+    reaches,
 )
 from kinetile_plugins.disc import hooks_of, meet_of, part_of
 from kinetile_plugins.lower_bounds import (
@@ -487,69 +482,57 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
             pull = sense * (nx * plan.ay - ny * plan.ax)
             strip = f[row + FLUSH]
             clock = k.clock[0]
-            first = bent_wall(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
-            last = bent_wall(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
+            first = reaches(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
+            last = reaches(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
             delay = smaller(first, last)
             return int(plan.anchor + delay) if delay != NEVER else NEVER
     return int(plan.anchor - 1)
 
 
-def _lines(bent: bool) -> tuple[Callable[..., tuple[float, float, float]], Callable[..., float]]:
-    """Returns the hook ``line_of`` and that of its depth, of straight flight plans or of others (rule 9t)."""
-
-    @hook
-    def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-        """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
-        (dx, dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
-        f = k.numbers
-        row = row_of(k, a, b)
-        count = int(f[row + COUNT])
-        faces = row + HEAD
-        reach = f[row + RADIUS]
-        corner = faces
-        if count > 1:
-            one = k.bodies[a]
-            two = k.bodies[b]
-            found = faces
-            highest = -math.inf
-            closes = False
-            for k_face in range(count):
-                face = faces + k_face * WIDE
-                gap = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
-                nearer = gap > highest or (gap == highest and f[face + RANK] < f[found + RANK])
-                if reach == 0.0:
-                    if bent:
-                        closing = bent_nearer(pointer(f), row, face, bent_plans_of(k, one, two)) > 0
-                    else:
-                        closing = comes_nearer(pointer(f), row, face, one.vx, one.vy, two.vx, two.vy) > 0
-                    nearer = (nearer and closing == closes) or (closing and not closes)
-                    closes = closes or closing
-                if nearer:
-                    found = face
-                    highest = gap
-            corner = end_of(f, row, found, dx, dy)
-            if corner < 0:
-                return f[found + NX], f[found + NY], reach - highest
-        x = dx - f[corner + CX]
-        y = dy - f[corner + CY]
-        distance = math.sqrt(x * x + y * y)
-        return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
-
-    @hook
-    def overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-        """Returns how deep two bodies overlap if their places are so far apart."""
-        _, _, depth = line_of(k, early, late, dx, dy)
-        return depth
-
-    return line_of, overlap
+@hook
+def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
+    """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by (dx,
+    dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
+    f = k.numbers
+    row = row_of(k, a, b)
+    count = int(f[row + COUNT])
+    faces = row + HEAD
+    reach = f[row + RADIUS]
+    corner = faces
+    if count > 1:
+        plans = plans_of(k, k.bodies[a], k.bodies[b])
+        found = faces
+        highest = -math.inf
+        closes = False
+        for k_face in range(count):
+            face = faces + k_face * WIDE
+            gap = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
+            nearer = gap > highest or (gap == highest and f[face + RANK] < f[found + RANK])
+            if reach == 0.0:
+                closing = comes_nearer(pointer(f), row, face, plans) > 0
+                nearer = (nearer and closing == closes) or (closing and not closes)
+                closes = closes or closing
+            if nearer:
+                found = face
+                highest = gap
+        corner = end_of(f, row, found, dx, dy)
+        if corner < 0:
+            return f[found + NX], f[found + NY], reach - highest
+    x = dx - f[corner + CX]
+    y = dy - f[corner + CY]
+    distance = math.sqrt(x * x + y * y)
+    return x / distance, y / distance, reach - distance if distance > 0.0 else math.nan
 
 
-line_of, shapes_overlap = _lines(False)
-bent_line_of, bent_shapes_overlap = _lines(True)
+@hook
+def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
+    """Returns how deep two bodies overlap if their places are so far apart."""
+    _, _, depth = line_of(k, early, late, dx, dy)
+    return depth
+
+
 collide, touch = hooks_of(line_of, False)
 collide_images, touch_images = hooks_of(line_of, True)
-collide_bent, touch_bent = hooks_of(bent_line_of, False)
-collide_bent_images, touch_bent_images = hooks_of(bent_line_of, True)
 
 
 @hook
@@ -558,42 +541,24 @@ def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
         return NEVER
-    return int(enters(pointer(k.numbers), row, plans))
-
-
-@hook
-def bent_shapes_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``shapes_touch``, of bodies with accelerations (rules 5t and 7t)."""
-    row = row_of(k, early, late)
-    if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
-        return NEVER
-    met = k.bodies[early].last == late and k.bodies[late].last == early
-    if len(k.images) > 0:
-        met = met_through(k, early, late, plans)
+    if not are_accelerated(k.bodies[early]):
+        return int(enters(pointer(k.numbers), row, plans, 0, 0))
+    met = have_just_met(k, early, late, plans)
     low = counts_from(k, early, late, k.bodies[late].anchor)
-    return int(bent_enters(pointer(k.numbers), row, plans, int(met), low))
+    return int(enters(pointer(k.numbers), row, plans, int(met), low))
 
 
-meet = meet_of(shapes_touch, shapes_overlap)
-meet_images = first_image_of(shapes_touch, shapes_overlap)
-meet_bent = meet_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_of, bent=True)
-meet_bent_images = first_image_of(bent_shapes_touch, bent_shapes_overlap, bent_plans_through, True)
+meet, meet_images = meet_of(shapes_touch, shapes_overlap), first_image_of(shapes_touch, shapes_overlap)
 
 
 @hook
 def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two bodies touch last by their plans, or ``NEVER``."""
-    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans))
-
-
-@hook
-def bent_parts_after(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``parts_after``, of bodies with accelerations (rule 11t)."""
+    """Returns how many ticks after the later anchor two bodies part by their plans, or ``NEVER``."""
     low = counts_from(k, early, late, k.bodies[late].anchor)
-    return int(bent_leaves(pointer(k.numbers), row_of(k, early, late), plans, low))
+    return int(leaves(pointer(k.numbers), row_of(k, early, late), plans, low))
 
 
-part, part_bent = part_of(parts_after, plans_through), part_of(bent_parts_after, bent_plans_through)
+part = part_of(parts_after)
 
 
 @hook
@@ -726,15 +691,6 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     return soon, rest, who
 
 
-HOOKS = {
-    (False, False): (meet, collide, touch),
-    (False, True): (meet_bent, collide_bent, touch_bent),
-    (True, False): (meet_images, collide_images, touch_images),
-    (True, True): (meet_bent_images, collide_bent_images, touch_bent_images),
-}
-"""``meet``, ``collide`` and ``touch`` by whether axes are periodic, and bodies accelerated."""
-
-
 class Convex:
     """Elastic contact of convex bodies."""
 
@@ -751,13 +707,12 @@ class Convex:
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
         periodic, bent = bool(scene.periodic), scene.bent
         bounds = bounds if scene.uniform else soonest_bent
-        meet, collide, touch = HOOKS[periodic, bent]
         return PairParts(
-            meet=meet,
-            collide=collide,
+            meet=meet_images if periodic else meet,
+            collide=collide_images if periodic else collide,
             soonest=bounds if not periodic else None if bent else soonest_of_images,
-            touch=touch,
-            part=part_bent if bent else part,
+            touch=touch_images if periodic else touch,
+            part=part,
             gap=gap,
             ledge=ledge if bent else None,
             contact_distance="outlines",

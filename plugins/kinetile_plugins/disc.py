@@ -2,7 +2,7 @@
 
 Contact means approach: there is none unless d.v < 0, d being the separation and v the relative velocity at
 the later of the two anchors. A pair that touches or overlaps and approaches meets at once; tangency is no
-event. The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.contact``);
+event. The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.discs``);
 lower bounds for many partners at once are rounded, on the safe side.
 
 The thesis decides in the same spirit by comparing with the time of closest approach (section 5.2).
@@ -55,7 +55,6 @@ from kinetile.toolbox import (
     TOO_DEEP,
     Kernel,
     PairParts,
-    Records,
     blame,
     closing_speed,
     give,
@@ -78,20 +77,17 @@ from kinetile.toolbox.lanes import (
     spread_whole,
 )
 from kinetile.toolbox.ticks import (
-    BentPlans,
     Plans,
-    bent_parting,
-    bent_plans_of,
-    bent_plans_through,
-    bent_touch,
+    accelerated_touch_about,
+    are_accelerated,
     counts_from,
     discs_overlap,
     discs_touch,
-    first_bent_image,
     first_image,
     first_image_of,
-    last_touch,
+    have_just_met,
     nearest_whole,
+    parting,
     plans_of,
     plans_through,
     touch_about,
@@ -122,28 +118,21 @@ def known_before(k: Kernel, since: int) -> int:
 @hook
 def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
     """Returns how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
-    two = k.bodies[late]
-    return int(touch_about(plans, k.bodies[early].radius, two.radius, known_before(k, two.anchor)))
-
-
-@hook
-def bent_touches(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``touches``, of bodies with accelerations (rules 5a and 7a)."""
     one = k.bodies[early]
     two = k.bodies[late]
-    met = one.last == late and two.last == early
+    guess = known_before(k, two.anchor)
+    if not are_accelerated(one):
+        return int(touch_about(plans, one.radius, two.radius, guess))
+    met = have_just_met(k, early, late, plans)
     low = counts_from(k, early, late, two.anchor)
-    return int(bent_touch(plans, one.radius, two.radius, met, known_before(k, two.anchor), low))
+    return int(accelerated_touch_about(plans, one.radius, two.radius, int(met), guess, low))
 
 
 def meet_of(
     touches: Callable[[Kernel, int, int, Any], int],
     overlap: Callable[[Kernel, int, int, float, float], float],
-    plans_of: Callable[[Kernel, Records, Records], Any] = plans_of,
-    bent: bool = False,
 ) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``meet``, without images, of what ``first_image_of`` takes. ``bent``: two that have
-    just met may meet again."""
+    """Returns the hook ``meet``, without images, of what ``first_image_of`` takes."""
 
     @unchecked
     @hook
@@ -158,7 +147,7 @@ def meet_of(
         delay = touches(k, early, late, plans_of(k, one, two))
         if delay == NEVER:
             return NEVER
-        if delay == 0 and not (bent and one.last == late and two.last == early):
+        if delay == 0 and not (are_accelerated(one) and one.last == late and two.last == early):
             x, y = position_at(k, one, since)
             depth = overlap(k, early, late, two.x - x, two.y - y)
             if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
@@ -169,7 +158,6 @@ def meet_of(
 
 
 meet = meet_of(touches, discs_overlap)
-meet_bent = meet_of(bent_touches, discs_overlap, bent_plans_of, bent=True)
 
 
 @hook
@@ -181,13 +169,6 @@ def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
 
 meet_among_shapes = meet_of(touch_among_shapes, discs_overlap)
 first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
-
-
-@unchecked
-@hook
-def meet_bent_among_shapes(k: Kernel, a: int, b: int) -> int:
-    """As ``meet_bent``; two immovable bodies never do (rule 7s)."""
-    return NEVER if math.isinf(k.mass[a]) and math.isinf(k.mass[b]) else meet_bent(k, a, b)
 
 
 @hook
@@ -404,23 +385,14 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
 
 @hook
 def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two discs touch last by their plans, or ``NEVER``."""
-    return int(last_touch(plans, k.bodies[early].radius, k.bodies[late].radius))
-
-
-@hook
-def bent_parts_after(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """As ``parts_after``, of bodies with accelerations (rule 11a)."""
+    """Returns how many ticks after the later anchor two discs part by their plans, or ``NEVER``."""
     two = k.bodies[late]
     low = counts_from(k, early, late, two.anchor)
-    return int(bent_parting(plans, k.bodies[early].radius, two.radius, low))
+    return int(parting(plans, k.bodies[early].radius, two.radius, low))
 
 
-def part_of(
-    parts: Callable[[Kernel, int, int, Any], int],
-    through: Callable[[Kernel, Records, Records, float, float], Any],
-) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``part``, from hooks as ``parts_after``, and for plans ``through`` an image."""
+def part_of(parts: Callable[[Kernel, int, int, Any], int]) -> Callable[[Kernel, int, int], int]:
+    """Returns the hook ``part``, from a hook as ``parts_after``."""
 
     @unchecked
     @hook
@@ -433,13 +405,13 @@ def part_of(
         up = 0.0
         if len(k.images) > 0:
             right, up = turns_between(k, early, late, a)
-        delay = parts(k, early, late, through(k, k.bodies[early], two, right, up))
+        delay = parts(k, early, late, plans_through(k, k.bodies[early], two, right, up))
         return int(two.anchor + delay) if delay != NEVER else NEVER
 
     return part
 
 
-part, part_bent = part_of(parts_after, plans_through), part_of(bent_parts_after, bent_plans_through)
+part = part_of(parts_after)
 
 
 def hooks_of(
@@ -496,13 +468,9 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
     return float(depth)
 
 
-MEETS = {
-    (False, False): (meet, meet_bent),
-    (False, True): (meet_among_shapes, meet_bent_among_shapes),
-    (True, False): (first_image, first_bent_image),
-    (True, True): (first_image_among_shapes, first_bent_image),
-}
-"""``meet`` by whether axes are periodic, and other shapes there; with accelerations the second."""
+MEETS = {(False, False): meet, (False, True): meet_among_shapes}
+MEETS |= {(True, False): first_image, (True, True): first_image_among_shapes}
+"""``meet`` by whether axes are periodic, and other shapes there."""
 
 
 class Disc:
@@ -528,11 +496,11 @@ class Disc:
         if not scene.uniform:
             bounds = soonest_of_bent_images if periodic else soonest_bent
         return PairParts(
-            meet=MEETS[periodic, shapes][scene.bent],
+            meet=MEETS[periodic, shapes],
             collide=collide_images if periodic else collide_equals if alike else collide,
             soonest=None if shapes else bounds,
             touch=touch_images if periodic else touch,
-            part=part_bent if scene.bent else part,
+            part=part,
             gap=gap if shapes else None,
             contact_distance="closer" if shapes and not periodic else "sum of radii",
             alike=alike,

@@ -29,7 +29,7 @@ from kinetile.toolbox import (
     inside_bent,
     unchecked,
 )
-from kinetile.toolbox.ticks import bent_wall, reaches, with_shapes
+from kinetile.toolbox.ticks import reaches, with_shapes
 
 
 @hook
@@ -45,10 +45,11 @@ def extent(body: Records) -> tuple[float, float, float, float]:
 
 
 @hook
-def after(k: Kernel, body: Records, side: float, far: float, near: float, speed: float) -> int:
-    """Returns the tick at which the gap between two coordinates, less a reach, closes; or ``NEVER``."""
+def after(k: Kernel, body: Records, side: float, far: float, near: float, slope: float, pull: float) -> int:
+    """Returns the tick at which the gap between two coordinates, less a reach, closes, with a rate ``slope``
+    and an acceleration ``pull``; or ``NEVER``."""
     clock = k.clock[0]
-    delay = reaches(far, near, side, abs(speed), clock.tick, clock.per_time)
+    delay = reaches(far, near, side, slope, pull, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
@@ -62,12 +63,16 @@ def first_wall(k: Kernel, body: Records, x: bool, y: bool) -> tuple[int, int]:
     if x and body.vx != 0.0:
         left = body.vx < 0.0
         side = to_left if left else to_right
-        tick = after(k, body, side, body.x if left else limits.width, 0.0 if left else body.x, body.vx)
+        tick = after(
+            k, body, side, body.x if left else limits.width, 0.0 if left else body.x, -abs(body.vx), 0.0
+        )
         wall = LEFT if left else RIGHT
     if y and body.vy != 0.0:
         low = body.vy < 0.0
         side = down if low else up
-        other = after(k, body, side, body.y if low else limits.height, 0.0 if low else body.y, body.vy)
+        other = after(
+            k, body, side, body.y if low else limits.height, 0.0 if low else body.y, -abs(body.vy), 0.0
+        )
         if other < tick:
             tick = other
             wall = BOTTOM if low else TOP
@@ -126,16 +131,6 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
     return float(depth)
 
 
-@hook
-def after_fall(
-    k: Kernel, body: Records, side: float, far: float, near: float, slope: float, pull: float
-) -> int:
-    """Returns the tick at which a gap of rate ``slope`` and acceleration ``pull`` closes, or ``NEVER``."""
-    clock = k.clock[0]
-    delay = bent_wall(far, near, side, slope, pull, clock.tick, clock.per_time)
-    return int(body.anchor + delay) if delay != NEVER else NEVER
-
-
 @unchecked
 @hook
 def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
@@ -149,14 +144,14 @@ def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
     to_left, to_right, down, up = extent(body)
     tick, wall = first_wall(k, body, straight_x, straight_y)
     if body.ax != 0.0:
-        left = after_fall(k, body, to_left, body.x, 0.0, body.vx, body.ax)
-        right = after_fall(k, body, to_right, limits.width, body.x, -body.vx, -body.ax)
+        left = after(k, body, to_left, body.x, 0.0, body.vx, body.ax)
+        right = after(k, body, to_right, limits.width, body.x, -body.vx, -body.ax)
         if left <= tick or right <= tick:  # before the walls of the other axis
             tick = left if left <= right else right
             wall = LEFT if left <= right else RIGHT
     if body.ay != 0.0:
-        bottom = after_fall(k, body, down, body.y, 0.0, body.vy, body.ay)
-        top = after_fall(k, body, up, limits.height, body.y, -body.vy, -body.ay)
+        bottom = after(k, body, down, body.y, 0.0, body.vy, body.ay)
+        top = after(k, body, up, limits.height, body.y, -body.vy, -body.ay)
         if bottom < tick:
             tick = bottom
             wall = BOTTOM

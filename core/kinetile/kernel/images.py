@@ -50,9 +50,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from kinetile.kernel.certificates.bent import BentPlans, bent_touch
-from kinetile.kernel.certificates.contact import first_touch_apart
-from kinetile.kernel.certificates.plans import Plans, bent_plans_through, plans_through
+from kinetile.kernel.certificates.discs import touch
+from kinetile.kernel.certificates.plans import Plans, are_accelerated, plans_through
 from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
 from kinetile.kernel.flight import anchor_at, position_at, velocity_at
 from kinetile.kernel.passings import counts_from, is_passing, passes
@@ -136,22 +135,16 @@ def anchor(k: Kernel, body: int, tick: int) -> None:
 
 
 @hook
-def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Return how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
-    return int(first_touch_apart(plans, k.bodies[early].radius, k.bodies[late].radius))
-
-
-@hook
 def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
     """Return how deep two discs overlap if their places are so far apart."""
     return float(k.bodies[early].radius + k.bodies[late].radius - math.sqrt(dx * dx + dy * dy))
 
 
 @hook
-def met_through(k: Kernel, early: int, late: int, plans: BentPlans) -> bool:
-    """Whether two bodies have just met, through the image of their plans."""
+def have_just_met(k: Kernel, early: int, late: int, plans: Plans) -> bool:
+    """Whether two bodies have just met, through the image of their plans (rules 7 and 7p)."""
     met = k.bodies[early].last == late and k.bodies[late].last == early
-    if met:
+    if met and len(k.images) > 0:
         image = k.images[early]
         sense = 1 if elder(k, early, late) == early else -1
         m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
@@ -161,24 +154,24 @@ def met_through(k: Kernel, early: int, late: int, plans: BentPlans) -> bool:
 
 
 @hook
-def bent_discs_touch(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """Return the same of discs with accelerations, through the image of their plans. Through the one through
-    which they have met last they may meet again (rule 7a)."""
+def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Return how many ticks after the later anchor two discs touch by their plans, through the image of
+    these, or ``NEVER``."""
+    one = k.bodies[early]
     two = k.bodies[late]
-    met = met_through(k, early, late, plans)
-    low = counts_from(k, early, late, two.anchor)
-    return int(bent_touch(plans, k.bodies[early].radius, two.radius, met, -1, low))
+    if not are_accelerated(one):
+        return int(touch(plans, one.radius, two.radius, 0, -1, 0))
+    met = have_just_met(k, early, late, plans)
+    return int(touch(plans, one.radius, two.radius, int(met), -1, counts_from(k, early, late, two.anchor)))
 
 
 def first_image_of(
     touches: Callable[[Kernel, int, int, Any], int],
     overlap: Callable[[Kernel, int, int, float, float], float],
-    through: Callable[[Kernel, Any, Any, float, float], Any] = plans_through,
-    bent: bool = False,
 ) -> Callable[[Kernel, int, int], int]:
     """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
     for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
-    its place. ``bent``: they are accelerated along an axis with walls, plans ``through`` an image too."""
+    its place, and may be accelerated along an axis with walls."""
 
     @unchecked
     @hook
@@ -193,6 +186,7 @@ def first_image_of(
         late = a + b - early
         one = k.bodies[early]
         two = k.bodies[late]
+        bent = are_accelerated(one)
         since = two.anchor
         sense = 1 if early == a else -1
         kx = k.images[late].kx - k.images[early].kx
@@ -238,7 +232,7 @@ def first_image_of(
                 if passing:
                     left_out = is_passing(k, a, b, this_m, this_n)
                 if not left_out:
-                    plans = through(k, one, two, way * column, row)
+                    plans = plans_through(k, one, two, way * column, row)
                     delay = touches(k, early, late, plans)
                     if passing and delay < k.clock[0].now - since:
                         delay = NEVER
@@ -267,7 +261,6 @@ def first_image_of(
 
 
 first_image = first_image_of(discs_touch, discs_overlap)
-first_bent_image = first_image_of(bent_discs_touch, discs_overlap, bent_plans_through, True)
 
 
 @hook

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from kinetile.kernel.plan import FIELDS_OF_TWO
 
-ANSWER = 5
+ANSWER = 6
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
 number.
 

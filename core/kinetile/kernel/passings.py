@@ -53,6 +53,6 @@ def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
 @hook
 def counts_from(k: Kernel, a: int, b: int, since: int) -> int:
     """Return from how many ticks after a tick on the contacts of two bodies count: of two that pass through
-    each other those that are not past (rule 11a), of others all."""
+    each other those that are not past (rule 11), of others all."""
     past = k.clock[0].now - since
     return int(past if past > 0 and len(k.rules) > 0 and passes(k, a, b) else 0)

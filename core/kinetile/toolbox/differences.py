@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import Refused
-from kinetile.kernel.certificates.convex_integers import HEAD, WIDE
+from kinetile.kernel.certificates.shapes_exactly import HEAD, WIDE
 from kinetile.scene.differences import Exact, Place, core_difference, cross, dot, exact, less
 from kinetile.scene.shapes import Shape
 
@@ -40,7 +40,7 @@ MOST = 40_000
 def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]) -> npt.NDArray[np.float64]:
     """Returns the table for pairs of shapes, by their numbers: how many shapes there are, where the row of
     the difference of shape i less shape j begins, at 1 + i len(shapes) + j, or 0 where there is none, and the
-    rows (``kinetile.kernel.certificates.convex_integers``)."""
+    rows (``kinetile.kernel.certificates.shapes_exactly``)."""
     wanted = sorted(set(pairs))
     if len(wanted) > MOST:
         raise Refused(

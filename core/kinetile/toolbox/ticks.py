@@ -1,57 +1,47 @@
 """Exact ticks, for narrow phases: when two bodies touch and part, or reach a wall, also through images.
 
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
-is what discs (``first_touch``, ``last_touch``; ``touch_about``, if a bound is known) and convex bodies
-(``enters``, ``leaves``) take; walls take coordinates (``reaches``). Plans with accelerations are
-``BentPlans`` (``bent_touch``, ``bent_parting``; ``bent_enters``, ``bent_leaves``; ``bent_wall``). The
-difference of two convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns
-are named here. Along periodic axes ``first_image`` (of discs) and ``first_image_of`` go through all images.
+is what discs (``touch``, ``parting``; ``touch_about`` and ``accelerated_touch_about``, if a bound is known)
+and convex bodies (``enters``, ``leaves``) take; walls take coordinates (``reaches``). The difference of two
+convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here.
+Along periodic axes ``first_image`` (of discs) and ``first_image_of`` go through all images.
 """
 
-from kinetile.kernel.certificates.bent import BentAxis as BentAxis
-from kinetile.kernel.certificates.bent import BentPlans as BentPlans
-from kinetile.kernel.certificates.bent import bent_parting as bent_parting
-from kinetile.kernel.certificates.bent import bent_touch as bent_touch
-from kinetile.kernel.certificates.bent import bent_wall as bent_wall
-from kinetile.kernel.certificates.bent_convex import bent_enters as bent_enters
-from kinetile.kernel.certificates.bent_convex import bent_leaves as bent_leaves
-from kinetile.kernel.certificates.bent_convex import bent_nearer as bent_nearer
-from kinetile.kernel.certificates.contact import first_touch as first_touch
-from kinetile.kernel.certificates.contact import last_touch as last_touch
-from kinetile.kernel.certificates.contact import touch_about as touch_about
-from kinetile.kernel.certificates.convex import enters as enters
-from kinetile.kernel.certificates.convex import leaves as leaves
-from kinetile.kernel.certificates.convex_integers import COUNT as COUNT
-from kinetile.kernel.certificates.convex_integers import CX as CX
-from kinetile.kernel.certificates.convex_integers import CY as CY
-from kinetile.kernel.certificates.convex_integers import FLUSH as FLUSH
-from kinetile.kernel.certificates.convex_integers import HEAD as HEAD
-from kinetile.kernel.certificates.convex_integers import NX as NX
-from kinetile.kernel.certificates.convex_integers import NY as NY
-from kinetile.kernel.certificates.convex_integers import OUT as OUT
-from kinetile.kernel.certificates.convex_integers import PLAIN as PLAIN
-from kinetile.kernel.certificates.convex_integers import RADIUS as RADIUS
-from kinetile.kernel.certificates.convex_integers import RANK as RANK
-from kinetile.kernel.certificates.convex_integers import WIDE as WIDE
-from kinetile.kernel.certificates.convex_integers import comes_nearer as comes_nearer
+from kinetile.kernel.certificates.discs import accelerated_touch_about as accelerated_touch_about
+from kinetile.kernel.certificates.discs import parting as parting
+from kinetile.kernel.certificates.discs import touch as touch
+from kinetile.kernel.certificates.discs import touch_about as touch_about
 from kinetile.kernel.certificates.plans import Axis as Axis
 from kinetile.kernel.certificates.plans import Plans as Plans
-from kinetile.kernel.certificates.plans import bent_plans_of as bent_plans_of
-from kinetile.kernel.certificates.plans import bent_plans_through as bent_plans_through
+from kinetile.kernel.certificates.plans import are_accelerated as are_accelerated
 from kinetile.kernel.certificates.plans import plans_of as plans_of
 from kinetile.kernel.certificates.plans import plans_through as plans_through
+from kinetile.kernel.certificates.shapes import comes_nearer as comes_nearer
+from kinetile.kernel.certificates.shapes import enters as enters
+from kinetile.kernel.certificates.shapes import leaves as leaves
+from kinetile.kernel.certificates.shapes_exactly import COUNT as COUNT
+from kinetile.kernel.certificates.shapes_exactly import CX as CX
+from kinetile.kernel.certificates.shapes_exactly import CY as CY
+from kinetile.kernel.certificates.shapes_exactly import FLUSH as FLUSH
+from kinetile.kernel.certificates.shapes_exactly import HEAD as HEAD
+from kinetile.kernel.certificates.shapes_exactly import NX as NX
+from kinetile.kernel.certificates.shapes_exactly import NY as NY
+from kinetile.kernel.certificates.shapes_exactly import OUT as OUT
+from kinetile.kernel.certificates.shapes_exactly import PLAIN as PLAIN
+from kinetile.kernel.certificates.shapes_exactly import RADIUS as RADIUS
+from kinetile.kernel.certificates.shapes_exactly import RANK as RANK
+from kinetile.kernel.certificates.shapes_exactly import WIDE as WIDE
 from kinetile.kernel.certificates.structural import FAR as FAR
-from kinetile.kernel.certificates.wall import reaches as reaches
+from kinetile.kernel.certificates.walls import reaches as reaches
 from kinetile.kernel.compiled import Numbers as Numbers
 from kinetile.kernel.compiled import pointer as pointer
 from kinetile.kernel.compiled import with_shapes as with_shapes
 from kinetile.kernel.images import HALVES as HALVES
 from kinetile.kernel.images import discs_overlap as discs_overlap
 from kinetile.kernel.images import discs_touch as discs_touch
-from kinetile.kernel.images import first_bent_image as first_bent_image
 from kinetile.kernel.images import first_image as first_image
 from kinetile.kernel.images import first_image_of as first_image_of
-from kinetile.kernel.images import met_through as met_through
+from kinetile.kernel.images import have_just_met as have_just_met
 from kinetile.kernel.images import near_zero as near_zero
 from kinetile.kernel.images import nearest_whole as nearest_whole
 from kinetile.kernel.images import turns_between as turns_between

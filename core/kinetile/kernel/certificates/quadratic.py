@@ -4,9 +4,9 @@ The quantity is G(n) = gap + rate t + bend t^2 / 2, t being n ticks. Its certifi
 from ``start`` on at whose end it is below zero, the first n with G(n + 1) < 0. So it holds where G only comes
 to zero, or is below it for less than a tick.
 
-If G(start + 1) < 0 that is ``start``. Else G(n) >= 0 > G(n + 1) at the tick that is sought, so rule W holds
-there (``bent``); and wherever rule W holds, G(n + 1) < 0. So the tick is the first from ``start`` on at which
-rule W holds. ``bent_wall`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was below
+If G(start + 1) < 0 that is ``start``. Else G(n) >= 0 > G(n + 1) at the tick that is sought, so rule 6 holds
+there (``walls``); and wherever rule 6 holds, G(n + 1) < 0. So the tick is the first from ``start`` on at which
+rule 6 holds. ``reaches`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was below
 zero and is not so any more: then it is convex and rises, and stays above.
 
 A value in doubles is off by 2^-100 of its size where there is room (``has_room``); else whole numbers decide.
@@ -14,8 +14,9 @@ A value in doubles is off by 2^-100 of its size where there is room (``has_room`
 
 from __future__ import annotations
 
-from kinetile.kernel.certificates.bent import Way, bent_wall, has_room, place_at, time_of
-from kinetile.kernel.certificates.bent_integers import way_sign_by_integers
+from kinetile.kernel.certificates.discs_exactly import gap_sign_exactly
+from kinetile.kernel.certificates.separation import Way, place_at, time_of
+from kinetile.kernel.certificates.walls import has_room, reaches
 from kinetile.kernel.compiled import apart, hook
 from kinetile.kernel.tables import NEVER, Kernel
 
@@ -31,10 +32,10 @@ def first_below(gap: float, rate: float, bend: float, start: int, tick: float, p
         below = value < 0.0
         known = abs(value) > 2.0**-100 * size
     if not known:
-        below = way_sign_by_integers(gap, rate, bend, tick, start + 1) < 0
+        below = gap_sign_exactly(gap, rate, bend, tick, start + 1) < 0
     if below:
         return start
-    found = bent_wall(gap, 0.0, 0.0, rate, bend, tick, per_time)
+    found = reaches(gap, 0.0, 0.0, rate, bend, tick, per_time)
     return found if found > start else NEVER
 
 

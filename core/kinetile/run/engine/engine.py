@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
-from kinetile.kernel.certificates.wall import inside_arena
+from kinetile.kernel.certificates.walls import inside_arena
 from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.compiled import (

@@ -15,14 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kinetile.kernel.certificates.bent import bent_touch, bent_wall
-from kinetile.kernel.certificates.bent_convex import bent_enters
-from kinetile.kernel.certificates.contact import first_touch
-from kinetile.kernel.certificates.convex import enters
-from kinetile.kernel.certificates.plans import Axis, BentPlans, Plans, bent_plans_of, bent_plans_through
-from kinetile.kernel.certificates.wall import reaches
+from kinetile.kernel.certificates.plans import Plans, plans_of
+from kinetile.kernel.certificates.shapes import enters
+from kinetile.kernel.certificates.walls import reaches
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.images import first_bent_image, first_image, first_image_of
+from kinetile.kernel.images import discs_touch, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
@@ -113,18 +110,11 @@ def cast(
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     bent = query.composition.prepared.bent or any(pull)
-    if any(query.periods) or bent:
-        k = _with_body(query, centre, outline, velocity, pull if bent else None)
-        meet = first_image if discs else first_cast
-        if bent:
-            meet = first_bent if discs else first_bent_shape
-        if bent and any(query.periods):
-            meet = first_bent_image if discs else first_bent_cast
-        _composed(ticks_for_images, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
-    else:
-        rows, begins = (np.zeros(0), query.slots) if discs else _differences(query, outline)
-        thrown = np.array([*centre, *velocity, outline[1]])
-        _composed(ticks_of_cast, CONVEX=not discs)(query.packed, query.slots, rows, begins, thrown, ticks)
+    k = _with_body(query, centre, outline, velocity, pull if bent else None)
+    meet = first_disc if discs else first_shape
+    if any(query.periods):
+        meet = first_image if discs else first_shape_image
+    _composed(ticks_of_cast, meet=meet)(k, query.slots, len(k.bodies) - 1, ticks)
     ticks[_overlapping(query, centre, outline)] = query.now
     at = int(ticks.argmin()) if len(ticks) else 0
     found = _walls(query, centre, outline, velocity, pull) if walls else []
@@ -168,13 +158,6 @@ def _overlapping(query: Query, centre: Point, outline: Outline) -> Ints:
     apart, reach = nearest_image(query.places - centre, query.periods), query.radii + circle_around(outline)
     few = np.flatnonzero(np.hypot(*apart.T) < reach)
     return few[gaps_to(*query.cores(few, outline[0]), apart[few]) < outline[1] - 1e-12 * reach[few]]
-
-
-def _differences(query: Query, outline: Outline) -> tuple[Floats, Ints]:
-    """Returns the rows of the differences with an outline, and (n,) where that of each body begins."""
-    theirs, which = _theirs(query)
-    rows = [difference_row(each, outline) for each in theirs]
-    return np.concatenate([np.zeros(0), *rows]), np.cumsum([0, *map(len, rows)])[which]
 
 
 def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point | None) -> Kernel:
@@ -302,7 +285,7 @@ def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(template, hooks, "questions", Kernel)
 
 
-PERIODIC = PASSING = MIXED = CONVEX = False
+PERIODIC = PASSING = MIXED = False
 reach_wall = to_be_filled_in
 
 
@@ -340,37 +323,16 @@ def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Ints) -> None:
     clock = k.clock[0]
     for i in range(len(gaps)):
         far, near, radius, slope, pull = gaps[i]
-        if pull != 0.0:
-            delay = bent_wall(far, near, radius, slope, pull, clock.tick, clock.per_time)
-        else:
-            delay = reaches(far, near, radius, -slope, clock.tick, clock.per_time)
-        if delay != NEVER:
-            ticks[i] = clock.now + delay
-
-
-def ticks_of_cast(k: Kernel, others: Ints, numbers: Floats, rows: Ints, thrown: Floats, ticks: Ints) -> None:
-    """Writes down when a body anchored now meets others, a shape by rows of differences; a template."""
-    k = disowned(k)
-    x, y, vx, vy, radius = thrown
-    clock = k.clock[0]
-    for i in range(len(others)):
-        body = k.bodies[others[i]]
-        along_x = Axis(body.x, body.vx, x, vx, 0.0, 0.0)
-        along_y = Axis(body.y, body.vy, y, vy, 0.0, 0.0)
-        plans = Plans(along_x, along_y, clock.now - body.anchor, clock.tick, clock.per_time)
-        if CONVEX:
-            delay = enters(pointer(numbers), rows[i], plans)
-        else:
-            delay = first_touch(plans, body.radius, radius)
+        delay = reaches(far, near, radius, slope, pull, clock.tick, clock.per_time)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 
 
 @hook
-def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
+def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
     """Returns how many ticks after the later anchor a body and the one that is cast touch, or ``NEVER``."""
     row = int(k.numbers[1 + k.bodies[early].form * int(k.numbers[0]) + k.bodies[late].form])
-    return int(enters(pointer(k.numbers), row, plans))
+    return int(enters(pointer(k.numbers), row, plans, 0, 0))
 
 
 @hook
@@ -379,37 +341,25 @@ def overlaps(_: Kernel, early: int, late: int, dx: float, dy: float) -> float:
     return 0.0
 
 
-@hook
-def first_bent(k: Kernel, body: int, thrown: int) -> int:
-    """Returns when a disc and one that is anchored now meet, where bodies are accelerated; or ``NEVER``."""
-    one = k.bodies[body]
-    two = k.bodies[thrown]
-    delay = bent_touch(bent_plans_of(k, one, two), one.radius, two.radius, False, -1, 0)
-    return int(two.anchor + delay) if delay != NEVER else NEVER
+def _first_of_two(touches: Callable[[Kernel, int, int, Plans], int]) -> Callable[[Kernel, int, int], int]:
+    """Returns the hook ``meet`` of a body and one that is anchored now, without images."""
+
+    @hook
+    def first(k: Kernel, body: int, thrown: int) -> int:
+        two = k.bodies[thrown]
+        delay = touches(k, body, thrown, plans_of(k, k.bodies[body], two))
+        return int(two.anchor + delay) if delay != NEVER else NEVER
+
+    return first
 
 
-@hook
-def bent_touches(k: Kernel, early: int, late: int, plans: BentPlans) -> int:
-    """Returns the same of convex bodies that are accelerated."""
-    row = int(k.numbers[1 + k.bodies[early].form * int(k.numbers[0]) + k.bodies[late].form])
-    return int(bent_enters(pointer(k.numbers), row, plans, 0, 0))
-
-
-@hook
-def first_bent_shape(k: Kernel, body: int, thrown: int) -> int:
-    """Returns what ``first_bent`` does, of convex bodies."""
-    two = k.bodies[thrown]
-    delay = bent_touches(k, body, thrown, bent_plans_of(k, k.bodies[body], two))
-    return int(two.anchor + delay) if delay != NEVER else NEVER
-
-
-first_cast = first_image_of(touches, overlaps)
-first_bent_cast = first_image_of(bent_touches, overlaps, bent_plans_through, True)
+first_disc, first_shape = _first_of_two(discs_touch), _first_of_two(shapes_touch)
+first_shape_image = first_image_of(shapes_touch, overlaps)
 meet = to_be_filled_in
 
 
-def ticks_for_images(k: Kernel, others: Ints, body: int, ticks: Ints) -> None:
-    """Writes down when a body in a row of the tables meets each of others through an image; a template."""
+def ticks_of_cast(k: Kernel, others: Ints, body: int, ticks: Ints) -> None:
+    """Writes down when a body in a row of the tables meets each of others; a template."""
     k = disowned(k)
     for i in range(len(others)):
         ticks[i] = meet(k, others[i], body)

@@ -22,7 +22,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
     if math.isinf(k.mass[a]) and math.isinf(k.mass[b]):
         return NEVER
     at = int(k.numbers[1 + one.form * int(k.numbers[0]) + two.form])  # where their difference begins
-    delay = enters(pointer(k.numbers), at, plans_of(k, one, two))
+    delay = enters(pointer(k.numbers), at, plans_of(k, one, two), 0, 0)
     return int(two.anchor + delay) if delay != NEVER else NEVER
 
 

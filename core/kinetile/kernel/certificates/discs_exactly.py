@@ -1,7 +1,7 @@
-"""Contacts of accelerated bodies in whole numbers: the last resort, right for all that has room in the cells.
+"""Contacts of discs and walls in whole numbers: the last resort, right for all that has room in the cells.
 
 Q at a whole tick n is a polynomial of degree 4 at most; its coefficients are whole numbers times a power of
-two. The contact is the first n >= 0 at which Q(n + 1) < 0 and Q(n + 1) - Q(n) < 0 (``bent``, rule W), and
+two. The contact is the first n >= 0 at which Q(n + 1) < 0 and Q(n + 1) - Q(n) < 0 (rule 5), and
 both are signs of whole numbers. Let F1(n) = Q(n + 1) - Q(n), F2 and F3 the differences of F1 and F2: of
 degree 3, 2 and 1. A sequence is monotone where its differences do not change between negative and not
 negative. So F3 is monotone; bisection finds where it changes; between these places F2 is monotone, and so on:
@@ -11,7 +11,7 @@ falls, and bisection finds the first tick with Q < 0.
 Cells
 =====
 
-Rows and digits are those of ``integers``. With q the length of a tick a separation is D + U n + H n^2, with H
+Rows and digits are those of ``digits``. With q the length of a tick a separation is D + U n + H n^2, with H
 half the acceleration times q^2. A double takes 78 bits from its cell on, times the square of a count up to
 2^62 it is below 2^202, and with fewer than 2^32 periods of an image below 2^110; a sum of six such numbers is
 below 2^205: 8 cells with a sign, and ``room`` with 3 more has 11. A product of two has 22 cells, 572 bits. Q
@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from kinetile.kernel.certificates.integers import (
+from kinetile.kernel.certificates.digits import (
     CELLS,
     LIMIT,
     Cells,
@@ -42,15 +42,14 @@ from kinetile.kernel.certificates.integers import (
     put,
     put_count,
     room,
-    room_of_paths,
 )
-from kinetile.kernel.certificates.plans import BentAxis, BentPlans
+from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.compiled import larger, subroutine, zeros
 from kinetile.kernel.tables import NEVER
 
 
 class Window(NamedTuple):
-    """Where rule W is looked for: from a count of ticks to before another. ``falls`` says that Q falls all
+    """Where rule 5 is looked for: from a count of ticks to before another. ``falls`` says that Q falls all
     along, and ``risen`` that it has risen before."""
 
     low: int
@@ -60,7 +59,7 @@ class Window(NamedTuple):
 
 
 NONE, NONE_YET = -1, -2
-"""What ``first_fall`` returns where rule W does not hold in a window: Q has risen by its end, or not."""
+"""What ``first_fall`` returns where rule 5 does not hold in a window: Q has risen by its end, or not."""
 
 PLACE, RATE, BEND, FLOWN, COUNT = range(0, 5 * CELLS, CELLS)
 """Rows of lengths: D, U and H along an axis, the rate of the first body's flight, and a count of ticks."""
@@ -69,6 +68,7 @@ TERMS = 5 * CELLS
 """Rows of products of two: the coefficients of Q, F1, F2 and F3, 5, 4, 3 and 2 of them."""
 
 VALUE = TERMS + 14 * 2 * CELLS
+
 OTHER = VALUE + 2 * CELLS
 """Rows of products of two, in which a polynomial is computed."""
 
@@ -126,7 +126,7 @@ def add_differences(m: Cells, first: int, end: int, level: int) -> None:
 
 @subroutine
 def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> int:
-    """Return the first count in a window at which rule W holds, after Q has risen; else ``NONE`` if it has
+    """Return the first count in a window at which rule 5 holds, after Q has risen; else ``NONE`` if it has
     risen by the end of the window, ``NONE_YET`` if not. It is fast if Q becomes negative near ``guess``."""
     levels = 0 if window.falls else 3
     for level in range(1, larger(levels, 1) + 1):
@@ -173,7 +173,7 @@ def put_axis(
     bend: int,
     flown: int,
     count: int,
-    axis: BentAxis,
+    axis: Axis,
     power: int,
     first: int,
     end: int,
@@ -202,7 +202,7 @@ def put_axis(
 
 
 @subroutine
-def add_axis(m: Cells, axis: BentAxis, power: int, first: int, end: int) -> None:
+def add_axis(m: Cells, axis: Axis, power: int, first: int, end: int) -> None:
     """Add the square of a separation along an axis to Q; the count of elapsed ticks is in its row."""
     put_axis(m, PLACE, RATE, BEND, FLOWN, COUNT, axis, power, first, end)
     for i in range(3):
@@ -217,26 +217,29 @@ def add_axis(m: Cells, axis: BentAxis, power: int, first: int, end: int) -> None
 
 
 @subroutine
-def room_of_bends(
-    plans: BentPlans, power: int, radius: float, radius2: float, first: int, end: int
+def room_of_plans(
+    plans: Plans, power: int, radius: float, radius2: float, first: int, end: int
 ) -> tuple[int, int]:
-    """Return the cells that two paths and radii need, and those given; an end of 0 where there is no room."""
-    first, end = room_of_paths(plans, power, radius, radius2, first, end)
+    """Return the cells that two plans and radii need, and those given; an end of 0 where there is no room."""
+    first, end = room(first, end, radius, 0)
+    first, end = room(first, end, radius2, 0)
     for axis in (plans.x, plans.y):
+        for value in (axis.x, axis.x2, axis.period, axis.corner, axis.corner_low):
+            first, end = room(first, end, value, 0)
+        for value in (axis.v, axis.v2):
+            first, end = room(first, end, value, power)
         for value in (axis.a, axis.a2):
             first, end = room(first, end, value, 2 * power - 1)
-        for value in (axis.corner, axis.corner_low):
-            first, end = room(first, end, value, 0)
     end += 3
     return (0, 0) if end > CELLS or first < 0 else (first, end)
 
 
 @subroutine
-def read_bent(m: Cells, plans: BentPlans, radius: float, radius2: float, way: int) -> tuple[int, int]:
+def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, way: int) -> tuple[int, int]:
     """Put the coefficients of Q, or of -Q where ``way`` is -1, in their rows; return the cells that are in
     use, from the first to before the end, or an end of 0 where there is no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
-    first, end = room_of_bends(plans, power, radius, radius2, CELLS, 0)
+    first, end = room_of_plans(plans, power, radius, radius2, CELLS, 0)
     if end == 0:
         return first, end
     put(m, PLACE, radius, 0, 1)
@@ -255,20 +258,18 @@ def read_bent(m: Cells, plans: BentPlans, radius: float, radius2: float, way: in
 
 
 @subroutine
-def touch_by_integers(
-    plans: BentPlans, radius: float, radius2: float, way: int, window: Window, guess: int
-) -> int:
+def touch_exactly(plans: Plans, radius: float, radius2: float, way: int, window: Window, guess: int) -> int:
     """Return what ``first_fall`` does of Q, or of -Q where ``way`` is -1."""
     m = zeros(MEMORY)
-    first, end = read_bent(m, plans, radius, radius2, way)
+    first, end = read_plans(m, plans, radius, radius2, way)
     return first_fall(m, first, end, window, guess) if end > 0 else NONE
 
 
 @subroutine
-def rises_or_presses(plans: BentPlans, radius: float, radius2: float, since: int) -> bool:
+def rises_or_presses(plans: Plans, radius: float, radius2: float, since: int) -> bool:
     """Whether Q rises in a tick, or presses: F1 > 0, or F2 < 0."""
     m = zeros(MEMORY)
-    first, end = read_bent(m, plans, radius, radius2, 1)
+    first, end = read_plans(m, plans, radius, radius2, 1)
     if end == 0:
         return False
     add_differences(m, first, end, 1)
@@ -277,18 +278,10 @@ def rises_or_presses(plans: BentPlans, radius: float, radius2: float, since: int
 
 
 @subroutine
-def gap_sign_by_integers(plans: BentPlans, radius: float, radius2: float, count: int) -> int:
-    """Return the sign of Q after a number of ticks; 1 of what has no room."""
-    m = zeros(MEMORY)
-    first, end = read_bent(m, plans, radius, radius2, 1)
-    return sign_at(m, first, end, 0, count) if end > 0 else 1
-
-
-@subroutine
-def read_way(
+def read_gap(
     m: Cells, far: float, near: float, radius: float, slope: float, pull: float, tick: float
 ) -> tuple[int, int]:
-    """Put the coefficients of the gap of ``wall_by_integers`` in their rows; return the cells in use, or an
+    """Put the coefficients of the gap of ``wall_exactly`` in their rows; return the cells in use, or an
     end of 0 where there is no room."""
     power = int(math.frexp(tick)[1]) - 1
     first, end = room(CELLS, 0, far, 0)
@@ -310,19 +303,19 @@ def read_way(
 
 
 @subroutine
-def wall_by_integers(
+def wall_exactly(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
 ) -> int:
-    """Return the first count of ticks at which rule W holds of the gap to a wall, or ``NEVER``."""
+    """Return the first count of ticks at which rule 5 holds of the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
-    first, end = read_way(m, far, near, radius, slope, pull, tick)
+    first, end = read_gap(m, far, near, radius, slope, pull, tick)
     found = first_fall(m, first, end, Window(0, LIMIT, False, True), guess) if end > 0 else NONE
     return found if found >= 0 else NEVER
 
 
 @subroutine
-def way_sign_by_integers(gap: float, slope: float, pull: float, tick: float, count: int) -> int:
+def gap_sign_exactly(gap: float, slope: float, pull: float, tick: float, count: int) -> int:
     """Return the sign of a gap that widens like this, after a number of ticks; 1 of what has no room."""
     m = zeros(MEMORY)
-    first, end = read_way(m, gap, 0.0, 0.0, slope, pull, tick)
+    first, end = read_gap(m, gap, 0.0, 0.0, slope, pull, tick)
     return sign_at(m, first, end, 0, count) if end > 0 else 1

@@ -1,0 +1,622 @@
+"""When two discs touch, and when two that pass through each other part: the exact ticks.
+
+Ticks n >= 0 are counted from the later anchor, q is the length of one, and Q(n) is |d|^2 - R^2 at tick n,
+with d the separation, of an image where one is meant, and R the sum of the radii. Contact (docs/specification.md,
+rule 5) is at the first n with Q(n + 1) < min(0, Q(n)), the first tick in which two come to be deeper in each
+other. They part where that holds of -Q. Where a tick ``since`` is given, only those from it on count.
+
+Let F1(n) be Q(n + 1) - Q(n), and s = ``since``, usually 0. Of two that have just met only ticks from the
+first rise on count, the first n with F1(n) > 0; unless they *press* on each other, F1(s) <= 0 and F1(s + 1) <
+F1(s): then all from s on do, as if they had not met. With equal accelerations none press, and none meet
+again: Q has degree 2, and is convex.
+
+There are four stages. Each decides, or leaves that to the next:
+
+* *A filter* (``filtered``), without accelerations: a refusal, or an estimate of the root and one Newton step
+  from there, q in compensated arithmetic, with a bound of its error. Where no whole tick lies within that of
+  the root, its floor is known. With a tick known that is shortly before, the step begins there
+  (``touch_about``), and serves for equal accelerations too (``stepped``).
+* *Whole ticks* (``at_whole_tick``), without accelerations: Q is convex, so Q(n) >= 0 > Q(n + 1) says that n is
+  the tick, and the estimate names n. A sign is known beyond the error of Q, or as 0 by its grain
+  (``separation``): ties of lattices, and contacts at the anchor.
+* *Intervals* (``closely``), for all plans. It goes through time by intervals between whole ticks, so that n
+  and n + 1 are in one. In doubles, by Bernstein coefficients, it shows that Q is above 0 in one, or rises:
+  then the next is longer; or falls, and is negative at its end: then the contact is there, and the signs of Q
+  at whole ticks, in sums of two doubles, find it; or none of these: then it is made shorter. If all
+  derivatives are positive nothing comes.
+* *Whole numbers* (``discs_exactly``), for as short an interval as possible: a graze, a vertex at which discs
+  that overlap cease to move apart, sizes that doubles cannot square.
+
+Accelerations are 0 or from 2^-200 to 2^200 in size, as ``scene.checks`` has them. The bounds of separations
+are those of ``separation``, and u, LARGE, SMALL, TINY too.
+
+Refusals
+========
+
+``along`` returns d.u. Against the exact D.U each axis is off by 3 u m |ux| (low), u m |ux| (w), and 2 u m
+|ux| (a product and the sum): 6 u m |ux|. **2^-50 = 8 u** covers it. d x u is ``along`` with (uy, -ux), so the
+same bound holds. Hence ``bend > bend_error`` is B > 0, never; and ``bend < -bend_error`` is B < 0, an
+approach.
+
+*They miss.* With k = D x U exact, |k| >= ``clear`` (1 - u). From above, R <= reach (1 + u) and |U|^2 <= (1 +
+u)^2 |u|^2; reach^2 |u|^2 is rounded four times on its way to ``span2``, the comparison has two roundings
+more. So clear^2 > span2 (1 + c) implies k^2 >= R^2 |U|^2 if c > 12 u: **2^-48 = 32 u** does. k^2 >= R^2 |U|^2
+says that q >= 0 at all times, tangency included: never.
+
+q and the slope at a time (gap_at)
+==================================
+
+The exact separation at t is X = D + U t; the code has x, the rounded dx + px, and ``x_rest``. Let M = m + |x|
+(``x_far``); |px| <= |x| + m. What makes up x_rest is at most u |x| (the sum), u |px| (the product), 3 u m
+(low), u |px| (w t): |x_rest| <= u (3 |x| + 5 m) <= 5 u M. Its roundings are u^2 |px| for w t, u^2 (3 m +
+|px|) and u^2 (3 m + 2 |px|) for two sums, u^2 (3 m + 2 |px| + |x|) for the last: u^2 (15 m + 7 |x|). With
+(1):
+
+    |X - (x + x_rest)| <= 22 u^2 M                                                                       (2)
+
+*q.* By (2), (x + x_rest)^2 is off by 2 (|x| + 5 u M) 22 u^2 M <= 44 u^2 M (|x| + 8 u M), that is 44 u^2 times
+the axis's part in ``spread``, Z: this is why ``spread`` has **2^-50 = 8 u** in it. The rest is the sum of
+gap, both_low, gap_low, the three products' errors (``squares``), and ``mixed``; let r = rr, s = xx + yy <= Z:
+
+| rounded | its summands are at most | error, in u^2 |
+|---|---|---|
+| squares, 2 sums | u s, u r | 2 Z + r |
+| mixed, 4 operations on each x_rest (2 x + x_rest), 3 on reach's | 10 u Z, 2 u r | 40 Z + 6 r |
+| both_low + gap_low | u s, u (s + r) | 2 Z + r |
+| + squares | 3 u s + 2 u r | 3 Z + 2 r |
+| + mixed | 13 u Z + 4 u r | 13 Z + 4 r |
+
+Together with 44 Z: 104 u^2 Z + 14 u^2 r. The last sum is q, and loses u |q|. So |error of q| <= 128 u^2 (Z +
+r) + u |q|, and the code takes **2^-98**, twice that.
+
+*The slope*, -X.U, is computed as -(x ux + y uy). An axis leaves out x_rest, 5 u m |ux| + 3 u |x| |ux|, and w,
+u |x| |ux|; two roundings are 2 u |x| |ux|: together at most 6 u M |ux|. ``slope_error`` has **2^-49 = 16 u**,
+and TINY.
+
+One Newton step (newton)
+========================
+
+At any t let q, s be the exact squared gap and slope, q', s' the computed ones, e and e_s their bounds, K =
+|U|^2. As a function of h, the time after t, the squared gap is q - 2 s h + K h^2, with the roots (s -+
+sqrt(s^2 - K q)) / K. The code asks for **s' > 8 e_s**: then s >= (7/8) s' > 0. And for **bent < 1/8**, bent
+being K (|q'| + e) / s'^2: then b = K q / s^2 has |b| <= (8/7)^2 bent < 0.17. So there are two roots, t is
+before the middle of them, and the first is
+
+    h = q / 2s · g(b),  g(b) = 2 / (1 + sqrt(1 - b)),  |g(b) - 1| <= 0.28 |b|   for |b| < 0.17
+
+This does not depend on the origin of t: the estimate need not be good, nor near the root. Against the step s0
+= q' / 2s':
+
+- |q/2s - s0| <= e / 2s + |s0| e_s / s <= 0.58 e / s' + 1.15 |s0| e_s / s';
+- |h - q/2s| <= 0.28 |b| |q/2s| <= 0.37 bent (|s0| (1 + 1/7) + 0.58 e / s') <= 0.43 bent |s0| + 0.03 e / s';
+- the computed step has two roundings, 2 u |s0|.
+
+``bound`` is (e / s' + |step| (bent + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms is more than
+what it stands for, by enough for its own roundings. The last, 8 u, is for the fraction: ``ticks`` less its
+whole part is exact; adding the step loses u (1 + |step| P), taking the floor away u, comparing u.
+
+So the root lies within ``bound`` of base + part, and if no whole tick does, its floor is base + down. The
+bend has shown that B < 0 at the anchor. If the floor is negative, the root is before the anchor, and the
+anchor between the roots: q < 0 there, they touch at once, 0. From 2^62 on it is never.
+
+*The tick.* The roots are farther apart than 1.59 slope / speed^2, so more than a tick where slope > speed^2 q,
+and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 < Q(n), or, where
+the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
+
+*From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact: B
+rises with time, by K a unit, so a slope surely down at t says that B < 0 at the anchor.
+
+*Parting* (``left``) is the first if time is turned round: the slope is negated, and so is the step; no
+other bound changes. A floor below 0 says that both roots are before the anchor: they are apart and rise, 0.
+
+With the image of a period (1') is 2 u^2 m more than (1): in (2) 24 u^2 M, in the square 48, in q 108 u^2 Z,
+and 2^-98 = 256 u^2 is still twice what q can be off by.
+
+Q at a whole tick, and on intervals
+===================================
+
+*Q at a tick* (``gap_after``): t + rest is exact. With B = |b|, b/2 t is off by 4 u^2 B t, the sum with u + w
+by 12 u^2 S + 3 u^2 (S + B t / 2) more, times t by 8 u^2 (S + B t / 2) t more, and the sum with d + low by 16
+u^2 m + 3 u^2 (m + (S + B t / 2) t) more: together less than 2^-101 X, X = m + (S + B t) t. The square of a
+place x is off by 2 |x| 2^-101 X + 2^-202 X^2 + 8 u^2 x^2, the sums add 6 u^2 of the squares, and R^2 14 u^2
+of itself: so **2^-98** (|x| + 2^-50 X) X for each axis and R^2 is twice as much as needed. Underflow is
+negligible, since R is above SMALL and t below 2^10: it is off by less than 2^-1060 in a place, 2^-838 in Q,
+and 2^-98 R^2 > 2^-498.
+
+*A step with equal accelerations* (``stepped``). At t the separation is off by 16 u^2 m + 12 u^2 S t, and
+``gap_at`` allows 9 u^2 of a ``size``: so it is **2** (m + S t). The slope is off by S 12 u^2 times the place, half that
+size, more: 6 u^2 < **2^-102**. speed^2 may be off by 2^-60 of itself where S < **2^40** speed, for which all
+bounds of ``newton`` have room.
+
+*Coefficients* of Q by time: products of d, u and b, each known to u of itself and 16 u^2 m, 12 u^2 S or u^2 B
+beyond. With 2^-40 m and 2^-40 S added to |d| and |u|, a product of these bounds has the second part in it:
+the coefficients are off by 5 u of the bounds m1 to m4, and Q(0) by u of itself and its error, 8 u of m0 with
+**2^50** of it. On an interval from lo to hi all that makes up a Bernstein coefficient is at most M = m0 + m1
+hi + ... + m4 hi^4, since the terms are those of powers of lo + h. Of these each is rounded at most 16 times
+on its way: with 8 u, 24 u M. **2^-48** = 32 u covers it. A difference of two has twice that, a second one
+four times. The derivatives at lo, times powers of h, consist of the same terms.
+
+*Where it has risen*, of two that have met: Q is larger at the end of an interval than at its beginning, by
+more than the errors. So there is a rise in it; and if Q is above 0 in it, or is convex, nothing comes after
+that in the interval.
+
+*Whether two press*, that have met: with q the length of a tick, F1(s) / q is Q' + Q'' q / 2, both at s, but
+for Q''' q^2 / 6 and later terms, and (F1(s + 1) - F1(s)) / q^2 is Q'' but for Q''' q and later terms. With
+D1, D2 and D3 the sums of the bounds of the terms of Q', Q'' and Q''' at s + 2, the computed Q' and Q'' are
+off by **2^-48** of D1 and D2, as coefficients are; and by TINY, for underflow. So F1(s) / q is off by 2^-48
+(D1 + D2 q) + D3 q^2, the second difference by 2^-48 D2 + 2 D3 q. F1(s) > 0 is the first rise. A ``since``
+that is no double is rounded down, by less than 1,024 ticks: the interval that begins there is longer, ends
+after it, and what is shown of Q in the whole of it is true from ``since`` on; a rise might lie before, so two
+that have met are left to whole numbers.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.certificates.digits import LIMIT, as_count
+from kinetile.kernel.certificates.discs_exactly import NONE_YET, Window, rises_or_presses, touch_exactly
+from kinetile.kernel.certificates.plans import Plans
+from kinetile.kernel.certificates.separation import (
+    LARGE,
+    SMALL,
+    TINY,
+    ULP,
+    Separation,
+    Way,
+    after,
+    along,
+    grain_at,
+    grain_of,
+    place_at,
+    plus,
+    separations,
+    time_of,
+    times,
+    total,
+    ways,
+)
+from kinetile.kernel.certificates.structural import FAR
+from kinetile.kernel.compiled import apart, hook, larger, smaller, subroutine
+from kinetile.kernel.tables import NEVER
+from kinetile.kernel.vectors import product_error
+
+
+@hook
+def gap_at(
+    t: float, along_x: Separation, along_y: Separation, reach: float, reach_low: float
+) -> tuple[float, float, float, float]:
+    """Return q, the squared distance less the squared reach, at a time t after the later anchor; how far it
+    can be off; minus half its rate, (d.v); and how far that can be off."""
+    x, x_rest = after(t, along_x)
+    y, y_rest = after(t, along_y)
+    xx = x * x
+    yy = y * y
+    rr = reach * reach
+    both, both_low = plus(xx, yy)
+    gap, gap_low = plus(both, -rr)
+    squares = (product_error(x, x, xx) + product_error(y, y, yy)) - product_error(reach, reach, rr)
+    mixed = (x_rest * (x + x + x_rest) + y_rest * (y + y + y_rest)) - reach_low * (reach + reach + reach_low)
+    q = gap + (((both_low + gap_low) + squares) + mixed)
+    x_far = along_x.size + abs(x)
+    y_far = along_y.size + abs(y)
+    spread = x_far * (abs(x) + 2.0**-50 * x_far) + y_far * (abs(y) + 2.0**-50 * y_far)
+    q_error = 2.0**-98 * (spread + rr) + ULP * abs(q)
+    slope_error = 2.0**-49 * (x_far * abs(along_x.u) + y_far * abs(along_y.u)) + TINY
+    return q, q_error, -(x * along_x.u + y * along_y.u), slope_error
+
+
+@hook
+def newton(
+    q: float, q_error: float, slope: float, slope_error: float, speed2: float, per_time: float
+) -> tuple[float, float, float]:
+    """Return one Newton step from what ``gap_at`` says, in ticks; how far it can end from the root; and how
+    much the path bends: the bound holds where that is below 1/8, and slope > 8 slope_error."""
+    inverse = 1.0 / slope
+    step = 0.5 * q * inverse
+    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
+    loose = bent + 2.0 * slope_error * inverse + 2.0**-49
+    return step * per_time, (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50, bent
+
+
+OPEN = -1
+"""What a filter returns where double does not decide."""
+
+
+@hook
+def floor_of(ticks: float, step: float, bound: float) -> int:
+    """Return the floor of ``ticks + step``, 0 if it is less, ``NEVER`` from 2^62 on; ``OPEN`` where a whole
+    tick lies within ``bound``."""
+    base = int(ticks)
+    part = (ticks - float(base)) + step
+    down = math.floor(part)
+    over = part - float(down)
+    if over > bound and over < 1.0 - bound:
+        found = base + int(down)
+        if found < 0:
+            return 0
+        return found if found < LIMIT else NEVER
+    return OPEN
+
+
+@hook
+def about(x: Separation, y: Separation, reach: float) -> float:
+    """Return about when two discs touch, in the unit of d / u."""
+    cross = x.d * y.u - y.d * x.u
+    inside = larger(reach * reach * (x.u * x.u + y.u * y.u) - cross * cross, 0.0)
+    fall = math.sqrt(inside) - (x.d * x.u + y.d * y.u)
+    return (x.d * x.d + y.d * y.d - reach * reach) / fall if fall > 0.0 else 0.0
+
+
+@hook
+def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> int:
+    """Return when two discs touch, by a separation and a relative velocity, or ``OPEN``."""
+    reach, reach_low = plus(radius, radius2)
+    speed = abs(x.u) + abs(y.u)
+    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+        bend, bend_error = along(x, x.u, y, y.u)
+        if bend > bend_error:
+            return NEVER
+        cross, cross_error = along(x, y.u, y, -x.u)
+        clear = abs(cross) - cross_error
+        speed2 = x.u * x.u + y.u * y.u
+        span2 = reach * reach * speed2
+        if clear > 0.0 and clear * clear > span2 * (1.0 + 2.0**-48):
+            return NEVER
+        inside = span2 - cross * cross
+        if inside > 0.0 and bend < -bend_error:
+            t = larger((x.d * x.d + y.d * y.d - reach * reach) / (math.sqrt(inside) - bend), 0.0)
+            ticks = t * per_time
+            if ticks < FAR:
+                q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
+                if slope > 8.0 * slope_error and slope * per_time > speed2:
+                    step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
+                    if bent < 0.125 and bound < 0.5:
+                        return floor_of(ticks, step, bound)
+    return OPEN
+
+
+@hook
+def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> tuple[int, float]:
+    """Return when two discs part, by a separation and a relative velocity, or ``OPEN``; and about when as a
+    time, to a tick unless it is ``OPEN``."""
+    reach, reach_low = plus(radius, radius2)
+    speed = abs(x.u) + abs(y.u)
+    speed2 = x.u * x.u + y.u * y.u
+    t = 0.0
+    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+        bend = x.d * x.u + y.d * y.u
+        cross = x.d * y.u - y.d * x.u
+        root = math.sqrt(larger(reach * reach * speed2 - cross * cross, 0.0))
+        if bend <= 0.0:
+            t = (root - bend) / speed2
+        elif root > 0.0:
+            t = (reach * reach - (x.d * x.d + y.d * y.d)) / (root + bend)
+        ticks = t * per_time
+        if root > 0.0 and abs(ticks) < FAR:
+            q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
+            if -slope > 8.0 * slope_error and -slope * per_time > speed2:
+                step, bound, bent = newton(q, q_error, -slope, slope_error, speed2, per_time)
+                if bent < 0.125 and bound < 0.5:
+                    return floor_of(ticks, -step, bound), t - step / per_time
+    return OPEN, t
+
+
+@hook
+def stepped(x: Way, y: Way, radius: float, radius2: float, ticks: float, plans: Plans) -> int:
+    """Return when discs with equal accelerations touch, by one Newton step, or ``OPEN``."""
+    reach, reach_low = plus(radius, radius2)
+    speed = abs(x.u) + abs(y.u)
+    sizes = reach + (x.size + y.size)
+    speeds = x.speed + y.speed
+    if speed > SMALL and speeds < 2.0**40 * speed and speeds < LARGE and reach > SMALL and sizes < LARGE:
+        t = ticks * plans.tick
+        along_x = Separation(x.d, x.low, 2.0 * (x.size + x.speed * t), x.u, x.w)
+        along_y = Separation(y.d, y.low, 2.0 * (y.size + y.speed * t), y.u, y.w)
+        q, q_error, slope, slope_error = gap_at(t, along_x, along_y, reach, reach_low)
+        slope_error += 2.0**-102 * (along_x.size * x.speed + along_y.size * y.speed)
+        speed2 = x.u * x.u + y.u * y.u
+        if slope > 8.0 * slope_error and slope * plans.per_time > speed2:
+            step, bound, bent = newton(q, q_error, slope, slope_error, speed2, plans.per_time)
+            if bent < 0.125 and bound < 0.5:
+                return floor_of(ticks, step, bound)
+    return OPEN
+
+
+@hook
+def gap_after(x: Way, y: Way, reach: float, reach_low: float, count: int, tick: float) -> tuple[float, float]:
+    """Return Q after a number of ticks, and how far it can be off."""
+    t, rest = time_of(count, tick)
+    ex, ex_low, x_size = place_at(x, t, rest)
+    ey, ey_low, y_size = place_at(y, t, rest)
+    xx, xx_low = times(ex, ex_low, ex, ex_low)
+    yy, yy_low = times(ey, ey_low, ey, ey_low)
+    rr, rr_low = times(reach, reach_low, reach, reach_low)
+    both, both_low = total(xx, xx_low, yy, yy_low)
+    q, _ = total(both, both_low, -rr, -rr_low)
+    spread = (abs(ex) + 2.0**-50 * x_size) * x_size + (abs(ey) + 2.0**-50 * y_size) * y_size
+    return q, 2.0**-98 * (spread + rr)
+
+
+UNKNOWN = 2
+"""What ``sign_at`` returns where sums of two doubles do not decide."""
+
+
+@hook
+def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: int) -> int:
+    """Return the sign of Q after a number of ticks, or ``UNKNOWN``."""
+    reach, reach_low = plus(radius, radius2)
+    q, error = gap_after(x, y, reach, reach_low, count, plans.tick)
+    if abs(q) > error:
+        return 1 if q > 0.0 else -1
+    grain = smaller(grain_of(radius), grain_of(radius2))
+    for axis in (plans.x, plans.y):
+        grain = smaller(grain, grain_at(axis, plans.elapsed, count, plans.tick))
+    return 0 if abs(q) + error < grain * grain else UNKNOWN
+
+
+@subroutine
+def at_whole_tick(plans: Plans, radius: float, radius2: float, turn: int, guess: int) -> int:
+    """Return the tick at which rule 5 holds of Q, or of -Q where ``turn`` is -1, if it is near a guess, or
+    ``OPEN``: n is the tick if ``turn`` Q(n) >= 0 > ``turn`` Q(n + 1), Q being convex."""
+    x, y = ways(plans)
+    sizes = radius + radius2 + (x.size + y.size)
+    if not (radius + radius2 > SMALL and sizes < LARGE and x.speed + y.speed < LARGE):
+        return OPEN
+    here = sign_at(x, y, plans, radius, radius2, guess)
+    if here == UNKNOWN or (here * turn < 0 and guess == 0):
+        return OPEN
+    first = guess - 1 if here * turn < 0 else guess
+    other = sign_at(x, y, plans, radius, radius2, first if first < guess else guess + 1)
+    fits = other * turn >= 0 if first < guess else other * turn < 0
+    if other == UNKNOWN or not fits:
+        return OPEN
+    return first if first < LIMIT else NEVER
+
+
+STEPS = 120
+"""Intervals before whole numbers take over; some three are enough."""
+
+
+@apart
+def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, about: int, since: int) -> int:
+    """Return the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``turn`` is -1."""
+    if since >= LIMIT:
+        return NEVER
+    x, y = ways(plans)
+    reach, reach_low = plus(radius, radius2)
+    tick = plans.tick
+    way = float(turn)
+    low = float(since)
+    sizes = reach + (x.size + y.size)
+    speeds = (x.speed + y.speed) + (abs(x.b) + abs(y.b))
+    steps = STEPS if reach > SMALL and sizes < LARGE and speeds < LARGE else 0
+    if int(low) != since:  # rounded: begin before it
+        low = float((since >> 10) << 10)
+        steps = 0 if met else steps
+    q0, q0_error = gap_after(x, y, reach, reach_low, 0, tick)
+    q0 *= way
+    q1 = 2.0 * way * (x.d * x.u + y.d * y.u)
+    q2 = way * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
+    q3 = way * (x.u * x.b + y.u * y.b)
+    q4 = 0.25 * way * (x.b * x.b + y.b * y.b)
+    xd = abs(x.d) + 2.0**-40 * x.size
+    yd = abs(y.d) + 2.0**-40 * y.size
+    xu = abs(x.u) + 2.0**-40 * x.speed
+    yu = abs(y.u) + 2.0**-40 * y.speed
+    m0 = abs(q0) + 2.0**50 * q0_error
+    m1 = 2.0 * (xd * xu + yd * yu)
+    m2 = (xu * xu + yu * yu) + (xd * abs(x.b) + yd * abs(y.b))
+    m3 = xu * abs(x.b) + yu * abs(y.b)
+    m4 = abs(q4)
+    even = (x.b == 0.0) & (y.b == 0.0)
+    risen = True
+    if met:
+        lo = low * tick
+        hi = lo + 2.0 * tick
+        f2 = 2.0 * ((6.0 * q4 * lo + 3.0 * q3) * lo + q2)
+        f1 = (((4.0 * q4 * lo + 3.0 * q3) * lo + 2.0 * q2) * lo + q1) + 0.5 * tick * f2
+        m1_at = ((4.0 * m4 * hi + 3.0 * m3) * hi + 2.0 * m2) * hi + m1
+        m2_at = 2.0 * ((6.0 * m4 * hi + 3.0 * m3) * hi + m2)
+        m3_at = tick * (24.0 * m4 * hi + 6.0 * m3)
+        f1_error = 2.0**-48 * (m1_at + tick * m2_at) + tick * m3_at + TINY
+        f2_error = 2.0**-48 * m2_at + 2.0 * m3_at + TINY
+        risen = f1 > f1_error or f2 < -f2_error
+        if not (steps > 0 and (risen or f2 > f2_error)):
+            risen = rises_or_presses(plans, radius, radius2, since)
+    span = FAR
+    about -= since
+    rate = abs(q1) + math.sqrt(m0 * m2)
+    if about > 0:
+        span = float(about)
+    elif since > 0:
+        lo = low * tick
+        rate = abs(((4.0 * q4 * lo + 3.0 * q3) * lo + 2.0 * q2) * lo + q1)
+        bend = (6.0 * m4 * lo + 3.0 * m3) * lo + m2
+        gap = abs((((q4 * lo + q3) * lo + q2) * lo + q1) * lo + q0)
+        span = 2.0**-12 * low
+        if bend > 0.0:
+            t = 1.5 * gap / (rate + math.sqrt(gap * bend) + TINY) + 0.3 * rate / bend
+            span = larger(span, smaller(t, FAR * tick) * plans.per_time)
+    elif rate > 0.0:
+        span = smaller(1.5 * m0 / rate, FAR * tick) * plans.per_time  # about when, if it comes
+    for _ in range(steps):
+        span = math.floor(smaller(larger(span, 1.0 + 2.0**-40 * low), FAR))
+        high = smaller(low + span, FAR)
+        lo = low * tick
+        hi = high * tick
+        h = hi - lo
+        p0 = (((q4 * lo + q3) * lo + q2) * lo + q1) * lo + q0
+        p1 = (((4.0 * q4 * lo + 3.0 * q3) * lo + 2.0 * q2) * lo + q1) * h
+        p2 = ((6.0 * q4 * lo + 3.0 * q3) * lo + q2) * h * h
+        p3 = (4.0 * q4 * lo + q3) * h * h * h
+        p4 = q4 * h * h * h * h
+        error = 2.0**-48 * ((((m4 * hi + m3) * hi + m2) * hi + m1) * hi + m0)
+        if (turn > 0) & (p1 > error) & (p2 > error) & (even | (p3 > error)):
+            return NEVER  # all derivatives are positive
+        b1 = p0 + 0.25 * p1
+        b2 = p0 + (0.5 * p1 + p2 / 6.0)
+        b3 = p0 + (0.75 * p1 + 0.5 * p2 + 0.25 * p3)
+        b4 = p0 + (p1 + p2 + p3 + p4)
+        slack = 2.0 * error
+        g0 = b1 - p0
+        g1 = b2 - b1
+        g2 = b3 - b2
+        g3 = b4 - b3
+        falls = (g0 < -slack) & (g1 < -slack) & (g2 < -slack) & (g3 < -slack)
+        if falls & (b4 < -error) & risen:  # the contact is here
+            before = int(larger(int(low), since))
+            if p0 < -error:
+                return before
+            after = int(high)
+            s = p0 / (p0 - b4)
+            for _ in range(20):
+                s = smaller(larger(s, 0.0), 1.0)
+                slope = ((4.0 * p4 * s + 3.0 * p3) * s + 2.0 * p2) * s + p1
+                step = ((((p4 * s + p3) * s + p2) * s + p1) * s + p0) / slope
+                s -= step
+                if abs(step) < 2.0**-25:  # its square is below a rounding
+                    break
+            count = int(low) + int(smaller(larger(s, 0.0), 1.0) * (high - low))
+            per = (high - low) / slope
+            for _ in range(8):  # not before ``before``, and Q < 0 at ``after``
+                if after - before <= 1:
+                    return before
+                count = smaller(larger(count, before + 1), after - 1)
+                q, q_error = gap_after(x, y, reach, reach_low, count, tick)
+                q *= way
+                if q > q_error:
+                    before = count
+                elif q < -q_error:
+                    after = count
+                else:
+                    break
+                move = int(math.floor(smaller(larger(-q * per, -span), span)))
+                count += move if move != 0 else 1
+            return touch_exactly(plans, radius, radius2, turn, Window(before, after, True, True), count)
+        rises = (g0 > slack) & (g1 > slack) & (g2 > slack) & (g3 > slack)
+        above = (p0 > error) & (b1 > error) & (b2 > error) & (b3 > error) & (b4 > error)
+        climbs = b4 - p0 > slack  # so it rises somewhere
+        sags = (g1 - g0 > 2.0 * slack) & (g2 - g1 > 2.0 * slack) & (g3 - g2 > 2.0 * slack)
+        quiet = rises | (above & (risen | climbs)) | (not risen and (falls | (sags & climbs)))
+        if quiet:
+            if high >= FAR:
+                return NEVER
+            risen = risen | climbs
+            low = high
+            grow = 8.0
+            if g3 < 0.0:  # up to where the tangent is 0, and .6 of that more
+                grow = smaller(larger(-0.4 * b4 / g3, 0.1), 8.0) if b4 > 0.0 else 2.0
+            span *= grow
+            continue
+        below = (p0 < -error) & (b1 < -error) & (b2 < -error) & (b3 < -error) & (b4 < -error)
+        turns = below & risen & (g0 > slack) & (g3 < -slack)
+        if turns | (span < larger(2.0**-22 * high, 4096.0)):
+            window = Window(larger(int(low), since), int(high), False, risen)
+            found = touch_exactly(plans, radius, radius2, turn, window, -1)
+            if found >= 0 or high >= FAR:
+                return found if found >= 0 else NEVER
+            risen = found != NONE_YET
+            low = high
+            span *= 8.0
+        else:
+            span *= 0.3
+    window = Window(larger(int(low), since), LIMIT, False, risen)
+    found = touch_exactly(plans, radius, radius2, turn, window, -1)
+    return found if found >= 0 else NEVER
+
+
+@hook
+def have_one_velocity(plans: Plans) -> bool:
+    """Whether two bodies without accelerations do not move as seen from each other."""
+    return plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2
+
+
+@hook
+def have_one_acceleration(plans: Plans) -> bool:
+    """Whether two bodies are accelerated alike, or not at all."""
+    return plans.x.a == plans.x.a2 and plans.y.a == plans.y.a2
+
+
+@hook
+def is_accelerated(plans: Plans) -> bool:
+    """Whether one of two bodies is accelerated."""
+    x = plans.x
+    y = plans.y
+    return x.a != 0.0 or x.a2 != 0.0 or y.a != 0.0 or y.a2 != 0.0
+
+
+@apart
+def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int, since: int) -> int:
+    """Return how many ticks after the later anchor two discs touch, from ``since`` on, or ``NEVER``.
+
+    ``met`` is 1 if they have just met. ``about_then``: a lower bound shortly before, or -1; the answer is the
+    same.
+    """
+    if met > 0 and have_one_acceleration(plans):
+        return NEVER
+    if not is_accelerated(plans):
+        if have_one_velocity(plans):
+            return NEVER
+        x, y = separations(plans)
+        found = filtered(x, y, radius, radius2, plans.per_time)
+        if found == OPEN:
+            guess = as_count(about(x, y, radius + radius2) * plans.per_time + 0.5)
+            found = at_whole_tick(plans, radius, radius2, 1, guess)
+        if found >= since:  # not OPEN
+            return found
+    return int(closely(plans, radius, radius2, 1, met, about_then, since))
+
+
+@apart
+def parting(plans: Plans, radius: float, radius2: float, since: int) -> int:
+    """Return how many ticks after the later anchor two discs part, from ``since`` on, or ``NEVER``."""
+    if not is_accelerated(plans):
+        if have_one_velocity(plans):
+            return NEVER
+        x, y = separations(plans)
+        found, t = left(x, y, radius, radius2, plans.per_time)
+        if found == OPEN:
+            found = at_whole_tick(plans, radius, radius2, -1, as_count(t * plans.per_time + 0.5))
+        if found >= since:
+            return found
+    return int(closely(plans, radius, radius2, -1, 0, 0, since))
+
+
+@hook
+def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
+    """Return what ``touch`` does, without accelerations, of two that have not just met: by one step from a
+    guess, about how many ticks after the later anchor they touch. Below 0 it is none: then, or if the step
+    does not decide, ``touch`` is called."""
+    x, y = separations(plans)
+    reach, reach_low = plus(radius, radius2)
+    speed = abs(x.u) + abs(y.u)
+    small = speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE
+    if small and guess >= 0:
+        ticks = float(guess)
+        q, q_error, slope, slope_error = gap_at(ticks * plans.tick, x, y, reach, reach_low)
+        speed2 = x.u * x.u + y.u * y.u
+        if slope > 8.0 * slope_error and slope * plans.per_time > speed2:
+            step, bound, bent = newton(q, q_error, slope, slope_error, speed2, plans.per_time)
+            if bent < 0.125 and bound < 0.5:
+                found = floor_of(ticks, step, bound)
+                if found != OPEN:
+                    return found
+    return int(touch(plans, radius, radius2, 0, -1, 0))
+
+
+@hook
+def accelerated_touch_about(
+    plans: Plans, radius: float, radius2: float, met: int, guess: int, since: int
+) -> int:
+    """Return what ``touch`` does: at once of two with equal accelerations that have just met, and if there is
+    a guess, with which they touch not before ``since``, by one step."""
+    x, y = ways(plans)
+    if x.b == 0.0 and y.b == 0.0:
+        if met > 0:
+            return NEVER
+        if guess >= 0:
+            found = stepped(x, y, radius, radius2, float(guess), plans)
+            if found >= since:  # not OPEN
+                return found
+    return int(closely(plans, radius, radius2, 1, met, guess, since))

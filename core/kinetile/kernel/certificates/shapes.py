@@ -1,0 +1,947 @@
+"""When two convex bodies that do not rotate touch or part: the exact ticks.
+
+Seen from the first body, the place d of the second moves on a line, or with accelerations on a parabola, and
+the two touch where d comes to be within the sum R of their radii of the difference M of their cores
+(docs/specification.md, rules 5s, 7s and 11s). There are three stages; each decides, or leaves that to the next.
+
+*A filter*, without accelerations (``enters_surely``, ``leaves_surely``): the place comes within the lines of
+all faces, moved out by R, at the last crossing inwards, unless it has crossed one outwards before. Then one
+step in compensated arithmetic says in which tick the gap to this face is none (``tick_at_face``). Scenes on
+lattices have crossings at whole ticks all the time (``by_ticks``). Without a margin, a place may enter where
+M is only grazed, by no more than what is flush: a visit counts if it surely is deeper at one whole tick, half
+way through (``is_deep``).
+
+*Measures* of d(n) at whole ticks n, for all plans: how far d is beyond the line of a face, moved out by R
+(``GAP``), moved in by the strip (``STRIP``) or as it is (``LINE``); and how far along a face, from its first
+corner (``ALONG``) and from its last (``BEYOND``). Each is of degree 2 in n. So it falls on one side of its
+vertex and rises on the other, and the first tick from some n on at which it is below 0 is found by bisection,
+from a guess in doubles (``next_below``). The first tick at which several are is found by asking one after the
+other, from what the last has answered, until none moves it on: each is below 0 in at most two pieces, so that
+ends soon.
+
+* *Without a margin*, R = 0, a **visit** is a run of ticks at which d is inside M. It counts if d comes deeper
+  than the strip, and contact is in the tick that begins it. A visit that is under way at the first tick that
+  counts began by a rounding: contact is in the first tick in which d falls towards the faces that were nearest.
+* *With a margin* the contact is in the first tick in which d comes nearer to the corner or the face that is
+  nearest at the tick's end, and is within R of it there: for a corner rule 5. Or it comes into M at once.
+* *Parting* is the same with the sense turned round: the first tick in which d comes to be beyond a face, or
+  farther than R from what is nearest.
+
+*The sign* of a measure is computed in doubles, where their error leaves it open in sums of two of them, and
+at last in whole numbers (``shapes_exactly``).
+
+Error bounds of the filter
+==========================
+
+u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
+
+- *In double.* The gap to the line of each face, moved out by R, n.d - h with n of length 1, is off by less
+  than eight roundings of size: 2^-48 size covers it. Its rate n.v is off by less than 2^-50 of |vx| + |vy|.
+  So each crossing has an interval, and what the classification needs is asked of intervals: which face is
+  crossed inwards last, whether any is crossed outwards before, and, at that time, whether the place is over
+  the face or beyond one of its corners. Rates within their error, ties of two faces and starts on a line are
+  left open.
+- *Room for a tick.* What holds at a crossing is to hold at the tick's end as well: a way of a tick is added to
+  what a place is to be over or beside a face, and a margin is to be wider than four.
+- *A corner.* From a tip, outside the margin but inside the lines of two faces, only the disc around their
+  corner can be entered, or the lines be left: a question about two discs (``discs``), the corner taken off
+  d and off its rounding.
+- *A face.* With x + rest, x a double, along each axis, and the vector along the face a sum of two doubles,
+  n.d - h is computed with every rounding of a product or a sum caught but those of products of two roundings:
+  2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as of discs.
+- *Ties.* Where no margin is left to be rounded, the ticks of all crossings decide if they are known and
+  differ (``by_ticks``). At a whole tick the coordinates of the place are whole multiples of a power of two,
+  its grain: the least of the lowest bits of both places and of both velocities times a tick. The gap to a
+  face is n.(d - c), c being a corner of it, so it is a multiple of the lowest bit of n times the lesser of
+  the grain and the lowest bit of c. If what is computed and its bound together are less than that, the gap is
+  0: so a root at a whole tick is known, and a place on a line at the later anchor.
+- *Parting.* A line that goes out of a convex set at a point of its outline, inwards before, does not come
+  back. So it is enough to know one such point: where the line of a face, moved out by R, is crossed outwards,
+  the place being surely between the face's ends; or where the disc around a corner is left, the place being
+  surely beyond the faces on both sides. Without a margin it is the first crossing outwards of any face.
+
+Error bounds of the measures
+============================
+
+``place_at`` gives x + rest with an error of 2^-101 X, X being its size (``separation``). Less a corner, times the
+vector across or along a face, summed, less the line's distance: each operation on sums of two doubles is off
+by 8 u^2 of a product or 3 u^2 of a sum, u = 2^-53, of terms that are at most |v| (X + |x| + |c|): with two
+products, four sums and the error of the place that is less than 80 u^2 of them for each axis; **2^-97** is
+512 u^2. The distance of a line moved out by R is a sum of two doubles that is right to u^2 of itself. The
+strip times the length of the vector is rounded three times: **2^-50** of it. The rate in the middle of a tick
+is a velocity, off by 12 u^2 S, and an acceleration times a time, S + |b| t being the sizes: the same bound
+holds. ``AWAY`` has d less a corner for the vector, off by 2^-101 X itself: as much again. In doubles alone
+(``roughly``) all that is made of two doubles is taken for the first, and each of at most ten operations
+rounds off u of a size: **2^-48** is 32 u.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from kinetile.kernel.certificates.digits import LIMIT, as_count, between, narrowed
+from kinetile.kernel.certificates.discs import (
+    OPEN,
+    closely,
+    filtered,
+    floor_of,
+    have_one_acceleration,
+    have_one_velocity,
+    is_accelerated,
+    left,
+    parting,
+    touch,
+)
+from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.certificates.separation import (
+    LARGE,
+    SMALL,
+    TINY,
+    Separation,
+    Way,
+    after,
+    grain_at,
+    grain_of,
+    less_corner,
+    place_at,
+    plus,
+    separations,
+    time_of,
+    times,
+    total,
+    ways,
+)
+from kinetile.kernel.certificates.shapes_exactly import (
+    ALONG,
+    AWAY,
+    BEND,
+    BEYOND,
+    COUNT,
+    CX,
+    CX_LOW,
+    CY,
+    CY_LOW,
+    FAR_LOW,
+    FAR_OUT,
+    FLUSH,
+    GAP,
+    HEAD,
+    LINE,
+    NX,
+    NY,
+    OUT,
+    RADIUS,
+    RADIUS_LOW,
+    RATE,
+    SIZE,
+    STRIP,
+    TX,
+    TX_LOW,
+    TY,
+    TY_LOW,
+    VALUE,
+    WIDE,
+    farther_out,
+    next_corner,
+    sign_exactly,
+)
+from kinetile.kernel.certificates.structural import FAR
+from kinetile.kernel.compiled import Numbers, apart, hook, larger, smaller, subroutine
+from kinetile.kernel.tables import NEVER
+from kinetile.kernel.vectors import product_error
+
+
+@hook
+def gap_to_face(
+    f: Numbers, face: int, t: float, along_x: Separation, along_y: Separation
+) -> tuple[float, float]:
+    """Return how far a place is outside the line of a face, moved out by R, at a time t after the later
+    anchor, in units of the length of the vector along the face; and how far that can be off."""
+    nx = f[face + TY]
+    ny = -f[face + TX]
+    x, x_rest = after(t, along_x)
+    y, y_rest = after(t, along_y)
+    across = nx * x
+    up = ny * y
+    both, both_low = plus(across, up)
+    gap, gap_low = plus(both, -f[face + FAR_OUT])
+    mixed = (nx * x_rest + f[face + TY_LOW] * x) + (ny * y_rest - f[face + TX_LOW] * y)
+    lost = product_error(nx, x, across) + product_error(ny, y, up)
+    size = abs(nx) * (along_x.size + abs(x)) + abs(ny) * (along_y.size + abs(y)) + abs(f[face + FAR_OUT])
+    left = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
+    return left, 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
+
+
+@hook
+def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
+    """Whether a place does not move across a line at all."""
+    return (nx == 0.0 or (x.u == 0.0 and x.w == 0.0)) and (ny == 0.0 or (y.u == 0.0 and y.w == 0.0))
+
+
+@hook
+def grain_at_face(f: Numbers, face: int, grain: float) -> float:
+    """Return a power of two of which the gap to a face without a margin is a multiple, as the coordinates of
+    the place are of ``grain``; 0 where it would be too small."""
+    corner = smaller(
+        smaller(grain_of(f[face + CX]), grain_of(f[face + CX_LOW])),
+        smaller(grain_of(f[face + CY]), grain_of(f[face + CY_LOW])),
+    )
+    way = smaller(
+        smaller(grain_of(f[face + TX]), grain_of(f[face + TX_LOW])),
+        smaller(grain_of(f[face + TY]), grain_of(f[face + TY_LOW])),
+    )
+    return float(way * smaller(corner, grain))
+
+
+@hook
+def tick_at_face(
+    f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float, grain: float
+) -> int:
+    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
+    it does at about a time t > 0; ``OPEN`` if that is not sure. At whole ticks the gap is a multiple of
+    ``grain``."""
+    left, error = gap_to_face(f, face, t, x, y)
+    rate = f[face + TX] * y.u - f[face + TY] * x.u
+    unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
+    ticks = t * per_time
+    if abs(rate) > 2.0 * unsure and ticks < FAR:
+        step = left / rate
+        bound = (error + abs(step) * unsure) / (abs(rate) - unsure) * per_time * (1.0 + 2.0**-20)
+        step *= per_time
+        bound += 2.0**-49 * abs(step) + 2.0**-50
+        if bound < 0.5:
+            found = floor_of(ticks, step, bound)
+            if found != OPEN:
+                return found
+            base = int(ticks)
+            flown = ticks - float(base)
+            near = math.floor(flown + step + 0.5)
+            away = (near - flown) / per_time
+            there = left - rate * away
+            error += abs(away) * unsure + 2.0**-51 * (abs(left) + abs(there))
+            found = base + int(near)
+            if abs(there) + error < grain and found < LIMIT:
+                return int(larger(found, 0))
+    return OPEN
+
+
+@hook
+def grain_of_place(plans: Plans, count: int) -> float:
+    """Return a power of two of which the coordinates of a place are multiples after a number of ticks."""
+    x = grain_at(plans.x, plans.elapsed, count, plans.tick)
+    return float(smaller(x, grain_at(plans.y, plans.elapsed, count, plans.tick)))
+
+
+@hook
+def by_ticks(f: Numbers, row: int, x: Separation, y: Separation, plans: Plans) -> int:
+    """Return when a difference without a margin is entered, by the ticks in which the lines of its faces are
+    crossed; ``OPEN`` where one of them, or a gap at the later anchor, is not sure, where a place would come
+    in and go out within two ticks, and where the bodies overlap."""
+    comes = -1
+    goes = NEVER
+    known = True
+    grain = grain_of_place(plans, 1)
+    for k in range(int(f[row + COUNT])):
+        face = row + HEAD + k * WIDE
+        nx = f[face + TY]
+        ny = -f[face + TX]
+        own = grain_at_face(f, face, grain)
+        gap, error = gap_to_face(f, face, 0.0, x, y)
+        nothing = abs(gap) + error < own
+        gap = 0.0 if nothing else gap
+        rate = nx * x.u + ny * y.u
+        unsure = 2.0**-49 * (abs(nx * x.u) + abs(ny * y.u))
+        still = is_still(nx, ny, x, y)
+        if (abs(gap) <= error and not nothing) or (abs(rate) <= unsure and not still):
+            known = False
+            continue
+        if gap >= 0.0 and rate >= 0.0:
+            return NEVER
+        t = -gap / rate if rate != 0.0 else 0.0
+        ticks = 0
+        if t > 0.0 and (rate < 0.0 or t * plans.per_time < FAR):
+            ticks = tick_at_face(f, face, t, x, y, plans.per_time, own)
+            known = known and ticks != OPEN
+            if rate > 0.0:
+                goes = smaller(goes, ticks)
+        if rate < 0.0 and gap >= 0.0:
+            comes = larger(comes, ticks)
+    if not known or comes < 0:
+        return OPEN
+    if comes >= goes:
+        return NEVER
+    return comes if comes + 1 < goes else OPEN
+
+
+@hook
+def along_face(
+    f: Numbers, row: int, face: int, x: Separation, y: Separation, t: float
+) -> tuple[float, float]:
+    """Return how far a place is beyond the first and the last corner of a face at a time, along its way."""
+    end = next_corner(f, row, face)
+    nx = f[face + NX]
+    ny = f[face + NY]
+    px = x.d + x.u * t
+    py = y.d + y.u * t
+    first = nx * (py - f[face + CY]) - ny * (px - f[face + CX])
+    return first, nx * (py - f[end + CY]) - ny * (px - f[end + CX])
+
+
+@hook
+def is_deep(f: Numbers, row: int, x: Separation, y: Separation, t: float, around: float) -> bool:
+    """Whether a place surely is deeper in M than what is flush at the whole tick nearest to a time."""
+    deep = True
+    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+        nx = f[face + NX]
+        ny = f[face + NY]
+        gap = (nx * x.d + ny * y.d) - f[face + OUT]
+        deep = deep and gap + (nx * x.u + ny * y.u) * t < -(f[row + FLUSH] + around)
+    return deep
+
+
+@hook
+def is_beside(
+    f: Numbers, row: int, corner: int, x: Separation, y: Separation, t: float, around: float
+) -> bool:
+    """Whether a place surely is beyond the faces on both sides of a corner at a time."""
+    first = row + HEAD
+    before = corner - WIDE if corner > first else first + (int(f[row + COUNT]) - 1) * WIDE
+    here, _ = along_face(f, row, corner, x, y, t)
+    _, there = along_face(f, row, before, x, y, t)
+    return here < -around and there > around
+
+
+@apart
+def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
+    """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
+    x, y = separations(plans)
+    per_time = plans.per_time
+    count = int(f[row + COUNT])
+    faces = row + HEAD
+    reach = f[row + RADIUS]
+    size = (x.size + y.size) + f[row + SIZE]
+    speed = abs(x.u) + abs(y.u)
+    if not (speed > SMALL and speed < LARGE and size < LARGE):
+        return OPEN
+    doubt = 2.0**-48 * size
+    slack = 2.0**-50 * speed
+    way = speed * plans.tick
+    into = -math.inf
+    into_error = 0.0
+    latest = -math.inf
+    out = math.inf
+    stays = math.inf
+    highest = -math.inf
+    known = reach == 0.0 or reach > 4.0 * way + doubt
+    for face in range(faces, faces + count * WIDE, WIDE):
+        nx = f[face + NX]
+        ny = f[face + NY]
+        gap = (nx * x.d + ny * y.d) - f[face + OUT]
+        rate = nx * x.u + ny * y.u
+        highest = larger(highest, gap)
+        if abs(rate) <= slack:
+            still = is_still(nx, ny, x, y)
+            if still and gap > doubt:
+                return NEVER
+            known = known and gap < (-doubt if still else -(2.0**-20) * size)
+            continue
+        t = -gap / rate
+        error = (doubt + slack * abs(t)) / (abs(rate) - slack)
+        if rate > 0.0:
+            out = smaller(out, t + error)
+            stays = smaller(stays, t - error)
+        else:
+            latest = larger(latest, t + error)
+            if t > into:
+                into = t
+                into_error = error
+    if into - into_error > out or out < 0.0:
+        return NEVER
+    comes = into - into_error
+    known = known and into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and latest < 0.0))
+    known = known and (reach > 0.0 or latest < stays)
+    half = 0.5 * (into + stays)
+    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + way)
+    corner = -1
+    found = -1
+    for face in range(faces, faces + count * WIDE if known else 0, WIDE):
+        nx = f[face + NX]
+        ny = f[face + NY]
+        gap = (nx * x.d + ny * y.d) - f[face + OUT]
+        rate = nx * x.u + ny * y.u
+        t = 0.0
+        error = 0.0
+        if comes > 0.0:
+            t = -gap / rate
+            error = (doubt + slack * abs(t)) / (abs(rate) - slack)
+            if rate >= -slack or t + error < comes:
+                continue
+        elif gap < highest - 2.0 * doubt:
+            continue
+        over = True
+        if reach > 0.0:
+            around = doubt + speed * error + way
+            first, last = along_face(f, row, face, x, y, t)
+            over = first > around and last < -around
+            nearest = face if first < -around else next_corner(f, row, face)
+            if not over:
+                known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
+                corner = nearest
+        if over:
+            ticks = OPEN
+            if comes > 0.0:
+                ticks = tick_at_face(f, face, t, x, y, per_time, 0.0)
+            if ticks != OPEN and reach > 0.0:
+                return ticks
+            known = known and ticks != OPEN and deep
+            found = larger(found, ticks)
+    if known and corner >= 0:
+        corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
+        corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
+        found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
+        if found != NEVER and found != OPEN:
+            t = float(found) * plans.tick
+            known = is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t))
+    if known:
+        return found
+    if reach == 0.0:
+        found = by_ticks(f, row, x, y, plans)
+        if found == NEVER or deep:
+            return found
+    return OPEN
+
+
+@hook
+def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
+    """Return the corner whose disc a place leaves last, or that which it passes nearest."""
+    reach = f[row + RADIUS]
+    speed2 = x.u * x.u + y.u * y.u
+    found = row + HEAD
+    latest = -math.inf
+    for corner in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+        px = x.d - f[corner + CX]
+        py = y.d - f[corner + CY]
+        across = px * y.u - py * x.u
+        root = math.sqrt(larger(reach * reach * speed2 - across * across, 0.0))
+        last = root - (px * x.u + py * y.u)
+        if root > 0.0 and last > latest:
+            latest = last
+            found = corner
+    return found
+
+
+@apart
+def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
+    """Return after how many ticks two convex bodies without accelerations part, or ``OPEN``."""
+    x, y = separations(plans)
+    per_time = plans.per_time
+    count = int(f[row + COUNT])
+    reach = f[row + RADIUS]
+    size = (x.size + y.size) + f[row + SIZE]
+    speed = abs(x.u) + abs(y.u)
+    if not (speed > SMALL and speed < LARGE and size < LARGE):
+        return OPEN
+    doubt = 2.0**-48 * size
+    slack = 2.0**-50 * speed
+    way = speed * plans.tick
+    out = math.inf
+    rate = 0.0
+    face = -1
+    for this in range(row + HEAD, row + HEAD + count * WIDE, WIDE):
+        rises = f[this + NX] * x.u + f[this + NY] * y.u
+        if rises > slack:
+            t = (f[this + OUT] - (f[this + NX] * x.d + f[this + NY] * y.d)) / rises
+            if t < out:
+                out = t
+                rate = rises
+                face = this
+    if face < 0 or not out * speed < 2.0**20 * size:
+        return OPEN
+    error = (doubt + slack * abs(out)) / (rate - slack)
+    first, last = along_face(f, row, face, x, y, out)
+    around = doubt + speed * error + way
+    if first > around and last < -around:
+        if not out > error:
+            return OPEN
+        grain = 0.0
+        if reach == 0.0:
+            grain = grain_at_face(f, face, grain_of_place(plans, 1))
+        return tick_at_face(f, face, out, x, y, per_time, grain)
+    if reach > 4.0 * way + doubt:
+        corner = last_corner(f, row, x, y)
+        around_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
+        around_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
+        found, t = left(around_x, around_y, reach, f[row + RADIUS_LOW], per_time)
+        if found != OPEN and t > 0.0 and is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t)):
+            return found
+    return OPEN
+
+
+class Course(NamedTuple):
+    """How the second body moves, seen from the first, and where the row of their difference begins."""
+
+    row: int
+    plans: Plans
+    x: Way
+    y: Way
+
+
+@hook
+def course_of(row: int, plans: Plans) -> Course:
+    """Return what the measures of two bodies are made of."""
+    x, y = ways(plans)
+    return Course(row, plans, x, y)
+
+
+@hook
+def shifted(axis: Axis, corner: float, low: float) -> Axis:
+    """Return the plans along an axis with the coordinate of a corner taken off the second body's place."""
+    return Axis(axis.x, axis.v, axis.a, axis.x2, axis.v2, axis.a2, axis.turns, axis.period, corner, low)
+
+
+@hook
+def from_corner(f: Numbers, corner: int, plans: Plans) -> Plans:
+    """Return two plans, the place of the second less a corner."""
+    x = shifted(plans.x, f[corner + CX], f[corner + CX_LOW])
+    y = shifted(plans.y, f[corner + CY], f[corner + CY_LOW])
+    return Plans(x, y, plans.elapsed, plans.tick, plans.per_time)
+
+
+@subroutine
+def measured(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
+    """Return a measure after a number of ticks, or its rate in the tick that begins there, or twice what it
+    bends by, as ``order`` says; and how far that can be off."""
+    vx = f[face + TX]
+    vx_low = f[face + TX_LOW]
+    vy = f[face + TY]
+    vy_low = f[face + TY_LOW]
+    more = 1.0
+    if kind <= LINE:
+        vx, vx_low, vy, vy_low = vy, vy_low, -vx, -vx_low
+    elif kind == AWAY:
+        vx, vx_low = total(w.x.d, w.x.low, -f[face + CX], -f[face + CX_LOW])
+        vy, vy_low = total(w.y.d, w.y.low, -f[face + CY], -f[face + CY_LOW])
+        more = 2.0
+    extra = 0.0
+    extra_low = 0.0
+    unsure = 0.0
+    t, rest = time_of(count, w.plans.tick)
+    if order == VALUE:
+        ax, ax_low, x_size = place_at(w.x, t, rest)
+        ay, ay_low, y_size = place_at(w.y, t, rest)
+        if kind >= LINE:
+            corner = next_corner(f, w.row, face) if kind == BEYOND else face
+            ax, ax_low = total(ax, ax_low, -f[corner + CX], -f[corner + CX_LOW])
+            ay, ay_low = total(ay, ay_low, -f[corner + CY], -f[corner + CY_LOW])
+            x_size += abs(f[corner + CX])
+            y_size += abs(f[corner + CY])
+        else:
+            extra = f[face + FAR_OUT]
+            extra_low = f[face + FAR_LOW]
+        if kind == STRIP:
+            within = f[w.row + FLUSH] * math.sqrt(vx * vx + vy * vy)
+            extra, extra_low = total(extra, extra_low, -within, 0.0)
+            unsure = 2.0**-50 * within
+    elif order == RATE:
+        t, rest = total(t, rest, 0.5 * w.plans.tick, 0.0)
+        ax, ax_low = times(w.x.b, w.x.c, t, rest)
+        ay, ay_low = times(w.y.b, w.y.c, t, rest)
+        ax, ax_low = total(ax, ax_low, w.x.u, w.x.w)
+        ay, ay_low = total(ay, ay_low, w.y.u, w.y.w)
+        x_size = w.x.speed + abs(w.x.b) * t
+        y_size = w.y.speed + abs(w.y.b) * t
+    else:
+        ax, ax_low, ay, ay_low = w.x.b, w.x.c, w.y.b, w.y.c
+        x_size = abs(w.x.b)
+        y_size = abs(w.y.b)
+    across, across_low = times(ax, ax_low, vx, vx_low)
+    up, up_low = times(ay, ay_low, vy, vy_low)
+    value, low = total(across, across_low, up, up_low)
+    value, low = total(value, low, -extra, -extra_low)
+    if kind == AWAY:
+        size = (w.x.size + abs(f[face + CX])) * x_size + (w.y.size + abs(f[face + CY])) * y_size
+    else:
+        size = abs(vx) * (x_size + abs(ax)) + abs(vy) * (y_size + abs(ay)) + abs(extra)
+    error = more * 2.0**-97 * size + unsure + TINY
+    return value, error if size < LARGE and x_size < LARGE and y_size < LARGE else math.inf
+
+
+@hook
+def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
+    """Return what ``measured`` does, in doubles."""
+    vx = f[face + TX]
+    vy = f[face + TY]
+    if kind <= LINE:
+        vx, vy = vy, -vx
+    elif kind == AWAY:
+        vx = w.x.d - f[face + CX]
+        vy = w.y.d - f[face + CY]
+    t = float(count) * w.plans.tick
+    ax = w.x.b
+    ay = w.y.b
+    x_size = abs(ax)
+    y_size = abs(ay)
+    if order == VALUE:
+        corner = next_corner(f, w.row, face) if kind == BEYOND else face
+        x_size = w.x.size + (w.x.speed + x_size * t) * t + abs(f[corner + CX])
+        y_size = w.y.size + (w.y.speed + y_size * t) * t + abs(f[corner + CY])
+        ax = (w.x.d + (w.x.u + 0.5 * ax * t) * t) - f[corner + CX]
+        ay = (w.y.d + (w.y.u + 0.5 * ay * t) * t) - f[corner + CY]
+    elif order == RATE:
+        t += 0.5 * w.plans.tick
+        ax = w.x.u + ax * t
+        ay = w.y.u + ay * t
+        x_size = w.x.speed + x_size * t
+        y_size = w.y.speed + y_size * t
+    value = ax * vx + ay * vy
+    size = x_size * abs(vx) + y_size * abs(vy)
+    if kind == AWAY:
+        size += (w.x.size + abs(f[face + CX])) * x_size + (w.y.size + abs(f[face + CY])) * y_size
+    elif order == VALUE and kind <= STRIP:
+        away = (f[w.row + RADIUS] if kind == GAP else -f[w.row + FLUSH]) * math.sqrt(vx * vx + vy * vy)
+        value -= away
+        size += abs(away)
+    error = 2.0**-48 * size + TINY
+    return value, error if size < LARGE and x_size < LARGE and y_size < LARGE else math.inf
+
+
+@subroutine
+def sign_of(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> int:
+    """Return the sign of a measure, of its rate or of its bend, exactly."""
+    value, error = roughly(f, w, face, kind, order, count)
+    if not abs(value) > error:
+        value, error = measured(f, w, face, kind, order, count)
+    if not abs(value) > error:
+        return int(sign_exactly(f, w.row, face, kind, order, w.plans, count))
+    return 1 if value > 0.0 else -1
+
+
+@subroutine
+def guess_of(f: Numbers, w: Course, face: int, kind: int, order: int, way: int) -> int:
+    """Return about after how many ticks a measure, times ``way``, falls below 0, or its rate changes sign."""
+    first, _ = roughly(f, w, face, kind, VALUE, 0)
+    rate, _ = roughly(f, w, face, kind, RATE, 0)
+    bend, _ = roughly(f, w, face, kind, BEND, 0)
+    first *= float(way)
+    rate *= float(way)
+    bend *= float(way)
+    if order == RATE:
+        return as_count(-rate / bend / w.plans.tick) if bend != 0.0 else 0
+    root = math.sqrt(larger(rate * rate - 2.0 * bend * first, 0.0))
+    if rate < 0.0:
+        return as_count(2.0 * first / (root - rate) / w.plans.tick)
+    return as_count((rate + root) / -bend / w.plans.tick) if bend < 0.0 else 0
+
+
+@subroutine
+def first_with(
+    f: Numbers, w: Course, face: int, kind: int, order: int, way: int, closed: int, low: int, high: int
+) -> int:
+    """Return the first count after ``low`` at which a measure or its rate, times ``way``, is below 0, or at
+    most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
+    stride = 1
+    guess = between(low, high, guess_of(f, w, face, kind, order, way))
+    while high - low > 1:
+        before = way * sign_of(f, w, face, kind, order, guess) >= closed
+        low, high, guess, stride = narrowed(low, high, guess, stride, before)
+    return int(high)
+
+
+@subroutine
+def next_below(f: Numbers, w: Course, face: int, kind: int, way: int, closed: int, start: int) -> int:
+    """Return the first count from ``start`` on at which a measure, times ``way``, is below 0, or at most 0 if
+    ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
+    if start > LIMIT:
+        return NEVER
+    if way * sign_of(f, w, face, kind, VALUE, start) < closed:
+        return start
+    falls = next_falling(f, w, face, kind, way, start)
+    if falls >= LIMIT:
+        return NEVER
+    stops = LIMIT
+    if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
+        stops = first_with(f, w, face, kind, RATE, -way, 1, falls, LIMIT)
+    if way * sign_of(f, w, face, kind, VALUE, stops) >= closed:
+        return NEVER
+    return first_with(f, w, face, kind, VALUE, way, closed, falls, stops)
+
+
+@subroutine
+def next_falling(f: Numbers, w: Course, face: int, kind: int, way: int, start: int) -> int:
+    """Return the first count from ``start`` on at which the rate of a measure, times ``way``, is below 0;
+    ``NEVER`` if there is none up to ``LIMIT``."""
+    if start > LIMIT:
+        return NEVER
+    if way * sign_of(f, w, face, kind, RATE, start) < 0:
+        return start
+    if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
+        return NEVER
+    return first_with(f, w, face, kind, RATE, way, 0, start, LIMIT)
+
+
+@subroutine
+def first_inside(f: Numbers, w: Course, kind: int, start: int) -> int:
+    """Return the first count from ``start`` on at which a place is inside the lines of all faces."""
+    count = int(f[w.row + COUNT])
+    here = start
+    agreed = 0
+    k = 0
+    while agreed < count:
+        there = next_below(f, w, w.row + HEAD + k * WIDE, kind, 1, 0, here)
+        if there == NEVER:
+            return NEVER
+        agreed = agreed + 1 if there == here else 1
+        here = there
+        k = (k + 1) % count
+    return here
+
+
+@subroutine
+def first_outside(f: Numbers, w: Course, kind: int, closed: int, start: int) -> int:
+    """Return the first count from ``start`` on at which a place is outside a line, or on it if ``closed``."""
+    found = NEVER
+    for k in range(int(f[w.row + COUNT])):
+        face = w.row + HEAD + k * WIDE
+        found = smaller(found, next_below(f, w, face, kind, -1, closed, start))
+    return int(found)
+
+
+@subroutine
+def farther(f: Numbers, w: Course, face: int, other: int, count: int) -> int:
+    """Return the sign of how much farther a place is out of the line of a face than of that of another one,
+    after a number of ticks."""
+    t, rest = time_of(count, w.plans.tick)
+    px, _, x_size = place_at(w.x, t, rest)
+    py, _, y_size = place_at(w.y, t, rest)
+    gap = (f[face + NX] - f[other + NX]) * px + (f[face + NY] - f[other + NY]) * py
+    gap -= f[face + OUT] - f[other + OUT]
+    if abs(gap) > 2.0**-48 * (x_size + y_size + f[w.row + SIZE]):
+        return 1 if gap > 0.0 else -1
+    return int(farther_out(f, w.row, face, other, w.plans, count))
+
+
+@subroutine
+def nearest_face(f: Numbers, w: Course, count: int) -> int:
+    """Return a face whose line a place is farthest out of, or least deep in, after a number of ticks."""
+    found = w.row + HEAD
+    for face in range(found + WIDE, found + int(f[w.row + COUNT]) * WIDE, WIDE):
+        if farther(f, w, face, found, count) > 0:
+            found = face
+    return found
+
+
+@subroutine
+def first_nearer(f: Numbers, w: Course, start: int) -> int:
+    """Return the first tick from ``start`` on in which a place falls towards each of the faces that it is
+    nearest to at ``start``."""
+    nearest = nearest_face(f, w, start)
+    here = start
+    moved = True
+    while moved:
+        moved = False
+        for face in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
+            if face == nearest or farther(f, w, face, nearest, start) == 0:
+                there = next_falling(f, w, face, LINE, 1, here)
+                if there == NEVER:
+                    return NEVER
+                moved = moved or there > here
+                here = there
+    return int(here)
+
+
+@subroutine
+def is_over(f: Numbers, w: Course, face: int, count: int) -> bool:
+    """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
+    if sign_of(f, w, face, LINE, VALUE, count) < 0 or sign_of(f, w, face, ALONG, VALUE, count) < 0:
+        return False
+    return sign_of(f, w, face, BEYOND, VALUE, count) <= 0
+
+
+@subroutine
+def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
+    """Return the first count from ``start`` on at which a place is between the two faces at a corner."""
+    first = w.row + HEAD
+    before = corner - WIDE if corner > first else first + (int(f[w.row + COUNT]) - 1) * WIDE
+    here = start
+    while True:
+        there = next_below(f, w, before, BEYOND, -1, 1, next_below(f, w, corner, ALONG, 1, 1, here))
+        if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
+            return there
+        here = there
+
+
+@subroutine
+def across_corner(f: Numbers, w: Course, corner: int, turn: int, start: int) -> int:
+    """Return the first tick from ``start`` on at whose end a corner is nearest, and in which rule 5 holds of
+    the disc around it; or if ``turn`` is -1, of its outside."""
+    own = from_corner(f, corner, w.plans)
+    tick = start
+    while True:
+        tick = closely(own, f[w.row + RADIUS], f[w.row + RADIUS_LOW], turn, 0, 0, tick)
+        if tick == NEVER:
+            return NEVER
+        there = first_beside(f, w, corner, tick + 1)
+        if there == NEVER or there == tick + 1:
+            return NEVER if there == NEVER else int(tick)
+        tick = there - 1
+
+
+@subroutine
+def across_face(f: Numbers, w: Course, face: int, turn: int, over: int, start: int) -> int:
+    """Return the first tick from ``start`` on at whose end a place is within R of the line of a face, and in
+    which it comes nearer; or if ``turn`` is -1, is beyond that and goes away. If ``over`` is 1, at whose end
+    it is over the face."""
+    here = start + 1
+    while True:
+        there = next_below(f, w, face, GAP, turn, 0, here)
+        if over > 0:
+            there = next_below(f, w, face, ALONG, -1, 1, there)
+            there = next_below(f, w, face, BEYOND, 1, 1, there)
+            there = next_below(f, w, face, LINE, -1, 1, there)
+        falls = next_falling(f, w, face, LINE, turn, there - 1)
+        there = falls + 1 if falls < LIMIT else NEVER
+        if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
+            return NEVER if there == NEVER else int(there - 1)
+        here = there
+
+
+@subroutine
+def across_any(f: Numbers, w: Course, turn: int, start: int) -> int:
+    """Return the first tick from ``start`` on in which a place comes within R of a face or a corner that is
+    nearest at its end, or is farther, as ``turn`` says."""
+    found = NEVER
+    for this in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
+        found = smaller(found, across_face(f, w, this, turn, 1, start))
+        found = smaller(found, across_corner(f, w, this, turn, start))
+    return int(found)
+
+
+@subroutine
+def counts_after(f: Numbers, w: Course) -> int:
+    """Return from which tick on two that have just met may meet again (rule 7s)."""
+    first = w.row + HEAD
+    count = int(f[w.row + COUNT])
+    outside = f[w.row + RADIUS] == 0.0
+    own = -1
+    kind = LINE
+    if not outside:
+        for this in range(first, first + count * WIDE, WIDE):
+            beyond = sign_of(f, w, this, LINE, VALUE, 0) > 0
+            outside = outside or beyond
+            if own < 0 and beyond and is_over(f, w, this, 0):
+                own = this
+        if own < 0 and (outside or count == 2):
+            for this in range(first, first + count * WIDE, WIDE):
+                if own < 0 and first_beside(f, w, this, 0) == 0:
+                    own = this
+                    kind = AWAY
+    nearest = own if own >= 0 else nearest_face(f, w, 0)
+    presses = True
+    found = NEVER
+    for this in range(first, first + count * WIDE, WIDE):
+        if this == nearest or (own < 0 and farther(f, w, this, nearest, 0) == 0):
+            if sign_of(f, w, this, kind, RATE, 0) > 0:
+                return 0
+            presses = presses and sign_of(f, w, this, kind, BEND, 0) < 0
+            found = smaller(found, next_falling(f, w, this, kind, -1, 0))
+    return 0 if presses else int(found)
+
+
+@subroutine
+def first_visit(f: Numbers, w: Course, start: int) -> int:
+    """Return the tick of contact where there is no margin, from ``start`` on."""
+    here = start
+    while True:
+        begins = first_inside(f, w, GAP, here)
+        if begins == NEVER:
+            return NEVER
+        ends = first_outside(f, w, GAP, 1, begins)
+        if first_inside(f, w, STRIP, begins) < ends:
+            if begins > start:
+                return int(begins - 1)
+            falls = first_nearer(f, w, start)
+            if falls < ends - 1:  # it may be NEVER
+                return falls
+        if ends >= LIMIT:
+            return NEVER
+        here = ends
+
+
+@subroutine
+def first_within(f: Numbers, w: Course, start: int) -> int:
+    """Return the tick of contact where there is a margin, from ``start`` on."""
+    found = across_any(f, w, 1, start)
+    if f[w.row + COUNT] > 2.0:
+        inside = first_inside(f, w, LINE, start)
+        if inside == start:
+            inside = first_inside(f, w, LINE, first_outside(f, w, LINE, 1, start))
+        if inside < NEVER and inside - 1 < found:
+            return int(inside - 1)
+    return found
+
+
+@apart
+def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
+    """Return how many ticks after the later anchor two convex bodies touch, from ``since`` on, or ``NEVER``;
+    ``met`` is 1 if they have just met. ``row`` is where the row of their difference begins in the table
+    ``f``."""
+    count = int(f[row + COUNT])
+    if count == 1:
+        own = from_corner(f, row + HEAD, plans)
+        return int(touch(own, f[row + RADIUS], f[row + RADIUS_LOW], met, -1, since))
+    if f[row + RADIUS] == 0.0 and count == 2:
+        return NEVER
+    if met > 0 and have_one_acceleration(plans):
+        return NEVER
+    if not is_accelerated(plans):
+        if have_one_velocity(plans):
+            return NEVER
+        found = enters_surely(f, row, plans)
+        if found >= since:
+            return found
+    w = course_of(row, plans)
+    start = since
+    if met > 0:
+        start = larger(start, counts_after(f, w))
+    if start >= LIMIT:
+        return NEVER
+    return first_visit(f, w, start) if f[row + RADIUS] == 0.0 else first_within(f, w, start)
+
+
+@apart
+def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
+    """Return how many ticks after the later anchor two convex bodies part that pass through each other, from
+    ``since`` on, or ``NEVER``."""
+    if f[row + COUNT] == 1.0:
+        own = from_corner(f, row + HEAD, plans)
+        return int(parting(own, f[row + RADIUS], f[row + RADIUS_LOW], since))
+    if not is_accelerated(plans):
+        if have_one_velocity(plans):
+            return NEVER
+        found = leaves_surely(f, row, plans)
+        if found >= since:
+            return found
+    w = course_of(row, plans)
+    if f[row + RADIUS] > 0.0:
+        return across_any(f, w, -1, since)
+    found = NEVER
+    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+        found = smaller(found, across_face(f, w, face, -1, 0, since))
+    return int(found)
+
+
+@apart
+def comes_nearer(f: Numbers, row: int, face: int, plans: Plans) -> int:
+    """Return 1 if a second body comes nearer to a face of a first in the tick after the later anchor, exactly;
+    else 0. Before: both plans are anchored there."""
+    x = plans.x
+    y = plans.y
+    half = 0.5 * plans.tick
+    across = f[face + TY] * ((x.v2 - x.v) + half * (x.a2 - x.a))
+    up = f[face + TX] * ((y.v2 - y.v) + half * (y.a2 - y.a))
+    size = abs(f[face + TY]) * (abs(x.v2) + abs(x.v) + half * (abs(x.a2) + abs(x.a)))
+    size += abs(f[face + TX]) * (abs(y.v2) + abs(y.v) + half * (abs(y.a2) + abs(y.a)))
+    if abs(across - up) > 2.0**-48 * size + TINY:
+        return 1 if across < up else 0
+    return 1 if sign_of(f, course_of(row, plans), face, LINE, RATE, 0) < 0 else 0

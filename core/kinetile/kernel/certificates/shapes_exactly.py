@@ -1,0 +1,231 @@
+"""Measures of accelerated convex bodies in whole numbers: the last resort, right for all that has room.
+
+A measure (``bent_convex``) is a product of two vectors: of a place, of what a tick adds to it, or of what it
+bends by; and of a vector along a face of the difference of two shapes, or across it, or from a corner. At
+whole ticks all of them are whole numbers times a power of two. The distance of a line from that of a face is
+a multiple of the vector's length, a root, so squares are compared: products of four. Which of two faces a
+place is farther out of is a question of products of six.
+
+Rows are those of ``convex_integers``, and two more for H, half the acceleration times the square of a tick,
+as ``bent_integers`` has it: with its room for the square of a count. Products of six take 6 x 11 cells for
+less than 58.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinetile.kernel.certificates.digits import (
+    CELLS,
+    Cells,
+    add_product,
+    carry,
+    clear,
+    copy,
+    put,
+    put_count,
+    room,
+    two_products,
+)
+from kinetile.kernel.certificates.discs_exactly import put_axis, room_of_plans
+from kinetile.kernel.certificates.plans import Plans
+from kinetile.kernel.compiled import Numbers, apart, hook, subroutine, zeros
+
+COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, FLUSH, HEAD = range(8)
+"""Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, not more
+than any double in the row that is not 0; whether M is an upright box without a margin, or 0; the width of the
+strip that counts for nothing; and where the corners begin."""
+
+CX, CY, CX_LOW, CY_LOW, TX, TY, TX_LOW, TY_LOW, FAR_OUT, FAR_LOW, NX, NY, OUT, RANK, WIDE = range(15)
+"""Columns of a corner and the face that goes from it: the corner; the face's way, or another vector along it;
+how far its line, moved out by R, is from the origin, in units of that vector's length; its normal as rule 9s
+has it; the same distance in units of that; its number; and how many columns there are."""
+
+
+DX, DY, UX, UY, HX, HY, AX, AY, WAY_X, WAY_Y, WIDTH, TICKS = range(0, 12 * CELLS, CELLS)
+"""Rows of lengths: the separation at the later anchor, what a tick adds to it, and half of what changes that;
+a place or a rate, a vector along a face, a width, and a count of ticks."""
+
+GAP_OF, LENGTH2, LEAST_GAP, LEAST_LENGTH2, WIDTH2 = range(12 * CELLS, 22 * CELLS, 2 * CELLS)
+"""Rows of products of two: of a normal and a place, and the square of the normal; the same of another face;
+and the square of a width."""
+
+FOURS = 22 * CELLS
+SIXES = 26 * CELLS
+"""Rows of products of four and of six."""
+
+WHOLE = 32 * CELLS
+
+
+GAP, STRIP, LINE, ALONG, BEYOND, AWAY = range(6)
+"""Measures: beyond the line of a face moved out by R, or in by the strip, or as it is; along a face from its
+first corner, and from its last; and, of rates alone, away from a corner, from where the place is at the later
+anchor."""
+
+VALUE, RATE, BEND = range(3)
+"""What is asked of a measure: itself, what a tick adds to it, and half of what that changes by."""
+
+
+@hook
+def next_corner(f: Numbers, row: int, face: int) -> int:
+    """Return the corner at the end of a face."""
+    after = face + WIDE
+    return after if after < row + HEAD + int(f[row + COUNT]) * WIDE else row + HEAD
+
+
+@subroutine
+def difference_of(
+    m: Cells, target: int, from_row: int, value: float, low: float, first: int, end: int
+) -> None:
+    """Make a number another one less a sum of two doubles."""
+    copy(m, target, from_row, first, end)
+    put(m, target, value, 0, -1)
+    put(m, target, low, 0, -1)
+    carry(m, target, first, end, 1)
+
+
+@subroutine
+def from_corner(m: Cells, f: Numbers, corner: int, x: int, y: int, first: int, end: int) -> None:
+    """Put a place, less a corner, in two rows."""
+    difference_of(m, AX, x, f[corner + CX], f[corner + CX_LOW], first, end)
+    difference_of(m, AY, y, f[corner + CY], f[corner + CY_LOW], first, end)
+
+
+@subroutine
+def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
+    """Put the vector along a face in the rows ``WAY_X`` and ``WAY_Y``."""
+    for row, at, low in ((WAY_X, TX, TX_LOW), (WAY_Y, TY, TY_LOW)):
+        clear(m, row, first, end)
+        put(m, row, f[face + at], 0, 1)
+        put(m, row, f[face + low], 0, 1)
+        carry(m, row, first, end, 1)
+
+
+@subroutine
+def dot(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
+    """Put the scalar product of two vectors in a row; return its sign."""
+    return two_products(m, target, ax, bx, 1, ay, by, first, end)
+
+
+@subroutine
+def cross(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
+    """Put the cross product of two vectors in a row; return its sign."""
+    return two_products(m, target, ax, by, -1, ay, bx, first, end)
+
+
+@subroutine
+def is_nearer(m: Cells, first: int, end: int) -> int:
+    """Return the sign of how much nearer a place in M is to the line of a face (``GAP_OF``, ``LENGTH2``) than to
+    that of another one (``LEAST_GAP``, ``LEAST_LENGTH2``): of g'^2 n.n - g^2 n'.n'."""
+    clear(m, SIXES, 6 * first, 6 * end)
+    for gap, length2, sign in ((GAP_OF, LEAST_LENGTH2, -1), (LEAST_GAP, LENGTH2, 1)):
+        clear(m, FOURS, 4 * first, 4 * end)
+        add_product(m, FOURS, gap, 2 * first, 2 * end, gap, 2 * first, 2 * end)
+        carry(m, FOURS, 4 * first, 4 * end, 1)
+        add_product(m, SIXES, FOURS, 4 * first, 4 * end, length2, 2 * first, 2 * end)
+        carry(m, SIXES, 6 * first, 6 * end, sign)
+    return carry(m, SIXES, 6 * first, 6 * end, 1)
+
+
+@subroutine
+def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
+    """Make numbers of two paths and of a row; return the cells that are in use; an end of 0: no room."""
+    power = int(math.frexp(plans.tick)[1]) - 1
+    first, end = room(CELLS, 0, f[row + SIZE], 0)
+    first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
+    first, end = room_of_plans(plans, power, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
+    if end > 0:
+        put_count(m, TICKS, plans.elapsed)
+        put_axis(m, DX, UX, HX, WIDTH, TICKS, plans.x, power, first, end)
+        put_axis(m, DY, UY, HY, WIDTH, TICKS, plans.y, power, first, end)
+    return first, end
+
+
+@subroutine
+def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
+    """Put the separation after a number of ticks, what a tick then adds to it, or what that bends by, in the
+    rows ``AX`` and ``AY``."""
+    put_count(m, TICKS, count)
+    for target, place, step, bend in ((AX, DX, UX, HX), (AY, DY, UY, HY)):
+        copy(m, target, bend, first, end)
+        if order == VALUE:  # (H n + U) n + D
+            for more in (step, place):
+                copy(m, WAY_X, target, first, end)
+                copy(m, target, more, first, end)
+                add_product(m, target, WAY_X, first, end - 3, TICKS, 0, 3)
+                carry(m, target, first, end, 1)
+        elif order == RATE:  # U + H + 2 H n
+            for cell in range(first, end):
+                m[target + cell] += m[step + cell]
+                m[WAY_X + cell] = 2 * m[bend + cell]
+            add_product(m, target, WAY_X, first, end - 3, TICKS, 0, 3)
+            carry(m, target, first, end, 1)
+
+
+@subroutine
+def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int) -> int:
+    """Return the sign of a square of a gap, less that of a width times the length of the vector of a face."""
+    clear(m, WIDTH, first, end)
+    put(m, WIDTH, width, 0, 1)
+    put(m, WIDTH, low, 0, 1)
+    carry(m, WIDTH, first, end, 1)
+    clear(m, WIDTH2, 2 * first, 2 * end)
+    add_product(m, WIDTH2, WIDTH, first, end, WIDTH, first, end)
+    carry(m, WIDTH2, 2 * first, 2 * end, 1)
+    dot(m, LENGTH2, WAY_X, WAY_Y, WAY_X, WAY_Y, first, end)
+    return two_products(m, FOURS, gap, gap, -1, WIDTH2, LENGTH2, 2 * first, 2 * end)
+
+
+@apart
+def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: Plans, count: int) -> int:
+    """Return the sign of a measure, of its rate or of its bend; 1 of what has no room."""
+    m = zeros(WHOLE)
+    first, end = read_in(m, f, row, plans)
+    if end == 0:
+        return 1
+    put_vector(m, order, count, first, end)
+    if order == VALUE:
+        copy(m, WAY_X, AX, first, end)
+        copy(m, WAY_Y, AY, first, end)
+        corner = next_corner(f, row, face) if kind == BEYOND else face
+        from_corner(m, f, corner, WAY_X, WAY_Y, first, end)
+    if kind == AWAY:
+        copy(m, HX, AX, first, end)
+        copy(m, HY, AY, first, end)
+        from_corner(m, f, face, DX, DY, first, end)
+        return dot(m, GAP_OF, AX, AY, HX, HY, first, end)
+    along_face(m, f, face, first, end)
+    if kind >= ALONG:
+        return dot(m, GAP_OF, AX, AY, WAY_X, WAY_Y, first, end)
+    sign = cross(m, GAP_OF, AX, AY, WAY_X, WAY_Y, first, end)
+    if order != VALUE or kind == LINE:
+        return sign
+    if kind == GAP:
+        if f[row + RADIUS] == 0.0 or sign <= 0:
+            return sign if f[row + RADIUS] == 0.0 else -1
+        return compared(m, GAP_OF, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
+    return 1 if sign >= 0 else -compared(m, GAP_OF, f[row + FLUSH], 0.0, first, end)
+
+
+@apart
+def farther_out(f: Numbers, row: int, face: int, other: int, plans: Plans, count: int) -> int:
+    """Return the sign of how much farther a place is out of the line of a face than of that of another one,
+    after a number of ticks; 0 of what has no room."""
+    m = zeros(WHOLE)
+    first, end = read_in(m, f, row, plans)
+    if end == 0:
+        return 0
+    put_vector(m, VALUE, count, first, end)
+    copy(m, HX, AX, first, end)
+    copy(m, HY, AY, first, end)
+    from_corner(m, f, other, HX, HY, first, end)
+    along_face(m, f, other, first, end)
+    its = cross(m, LEAST_GAP, AX, AY, WAY_X, WAY_Y, first, end)
+    dot(m, LEAST_LENGTH2, WAY_X, WAY_Y, WAY_X, WAY_Y, first, end)
+    from_corner(m, f, face, HX, HY, first, end)
+    along_face(m, f, face, first, end)
+    own = cross(m, GAP_OF, AX, AY, WAY_X, WAY_Y, first, end)
+    dot(m, LENGTH2, WAY_X, WAY_Y, WAY_X, WAY_Y, first, end)
+    if own != its:
+        return 1 if own > its else -1
+    return -own * is_nearer(m, first, end)
