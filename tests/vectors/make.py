@@ -16,7 +16,6 @@ import struct
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from fractions import Fraction
 from math import ldexp, sqrt
 from pathlib import Path
 from typing import Any
@@ -30,20 +29,17 @@ from kinetile_accuracy.specification import shapes
 from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Frame,
-    PairQuadratic,
+    Separation,
     anchored,
     exchanged_along,
     tick_of,
     unit_bits,
     wall_tick,
 )
-from kinetile_accuracy.specification.bent_shapes import bent_tick
 from kinetile_accuracy.specification.course import ACCELERATED, EVENTS, LEAVING, Course, CourseEvent
+from kinetile_accuracy.specification.touching import touching_tick
 
 HERE = Path(__file__).parent
-
-FAR = 1 << 99
-"""Ticks: earlier than all."""
 
 KEPT = ("scenes.json", "shape_sizes.json")
 """Files whose answers are kept as well: whether something is a scene, and the r of a shape. The certifier
@@ -68,34 +64,29 @@ def doubles(words: Iterable[str]) -> Any:
 
 def contact(e: int, *plans: Words) -> str | None:
     """Rule 5: the tick, or None."""
-    frame = Frame(None, e)
-    both = (_plan(words[:4], words[5], frame, float.fromhex(words[4])) for words in plans)
-    tick = PairQuadratic(*both).tick()
-    return None if tick is None else str(tick)
+    return _touching(None, e, plans)
+
+
+def bent_contact(e: int, met: bool, *plans: Words) -> str | None:
+    """Rules 5 and 7: the tick, or None."""
+    return _touching(None, e, plans, met)
+
+
+def shape_contact(e: int, *bodies: Body) -> str | None:
+    """Rule 5s: the tick, or None."""
+    plans = ([*plan[:4], "0x0p+0", plan[4]] for _, _, plan in bodies)
+    return _touching(_difference(*bodies), e, plans)
 
 
 def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
     """Rule 6: tick and wall, or None."""
     frame = Frame(doubles(sides), e)
-    return _at_wall(wall_tick(_plan(plan[:4], plan[5], frame, float.fromhex(plan[4])), frame))
-
-
-def bent_contact(e: int, met: bool, *plans: Words) -> str | None:
-    """Rules 5a and 7a: the tick, or None."""
-    frame = Frame(None, e)
-    tick = bent_tick(None, PairQuadratic(*(_bent_plan(words, frame) for words in plans)), met, -FAR)
-    return None if tick is None else str(tick)
-
-
-def bent_wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
-    """Rule 6a: tick and wall; or None."""
-    frame = Frame(doubles(sides), e)
-    return _at_wall(wall_tick(_bent_plan(plan, frame), frame))
+    return _at_wall(wall_tick(_plan(plan, frame), frame))
 
 
 def bent_place(e: int, plan: Words, tick: str) -> Words:
     """Rule 4a: x, y, vx and vy once the plan is anchored at the tick."""
-    place, velocity = _bent_plan(plan, Frame(None, e)).moved(int(tick), ldexp(1.0, -52 - e))
+    place, velocity = _plan(plan, Frame(None, e)).moved(int(tick), ldexp(1.0, -52 - e))
     return numbers(*place, *velocity)
 
 
@@ -138,37 +129,31 @@ def tick(e: int, start: str, time: str) -> str:
     return str(tick_of(float.fromhex(time), float.fromhex(start), e))
 
 
-def shape_contact(e: int, *bodies: Body) -> list[Any] | None:
-    """Rule 5s: the tick, "face" or "corner", and its number; or None."""
-    frame = Frame(None, e)
-    plans = (_plan(plan[:4], plan[4], frame) for _, _, plan in bodies)
-    met = shapes.contact(_difference(*bodies), PairQuadratic(*plans))
-    return met and [str(met.tick), *met.feature]
-
-
 def shape_wall(e: int, sides: Words, body: Body) -> list[Any] | None:
     """Rule 6s: tick and wall, or None."""
-    frame = Frame(doubles(sides), e)
-    return _at_wall(shapes.wall_tick(_shape(body), _plan(body[2][:4], body[2][4], frame), frame))
+    frame, (*plan, anchor) = Frame(doubles(sides), e), body[2]
+    return _at_wall(shapes.wall_tick(_shape(body), _plan([*plan, "0x0p+0", anchor], frame), frame))
 
 
 def shape_exchange(masses: Words | None, *bodies: Body) -> Words:
     """Rule 9s: the velocities of both."""
     (xa, ya, *one), (xb, yb, *two) = (doubles(plan) for _, _, plan in bodies)
-    v = Fraction(two[0]) - Fraction(one[0]), Fraction(two[1]) - Fraction(one[1])
-    along, _ = shapes.normal_and_face(_difference(*bodies), (xb - xa, yb - ya), v)
+    plans = (_plan([*plan, "0x0p+0", "0"], Frame(None, 0)) for _, _, plan in bodies)
+    along, _ = shapes.normal_and_face(_difference(*bodies), (xb - xa, yb - ya), Separation(*plans).ways[1])
     a, b = exchanged_along(along, (tuple(one), tuple(two)), masses and doubles(masses))
     return numbers(*a, *b)
 
 
-def _plan(words: Words, anchor: str, frame: Frame, radius: float = 0.0) -> FlightPlan:
-    return FlightPlan(*doubles(words), int(anchor), radius, frame)
+def _touching(m: shapes.Difference | None, e: int, plans: Iterable[Words], met: bool = False) -> str | None:
+    frame = Frame(None, e)
+    tick = touching_tick(m, Separation(*(_plan(words, frame) for words in plans)), met)
+    return None if tick is None else str(tick)
 
 
-def _bent_plan(words: Words, frame: Frame) -> FlightPlan:
-    *plan, radius, anchor, ax, ay = words
-    pull = doubles([ax, ay])
-    return FlightPlan(*doubles(plan), int(anchor), float.fromhex(radius), frame, pull=pull)
+def _plan(words: Words, frame: Frame) -> FlightPlan:
+    """Return a plan of x, y, vx, vy, radius and anchor, and perhaps an acceleration."""
+    *plan, radius = doubles(words[:5])
+    return FlightPlan(*plan, int(words[5]), radius, frame, pull=doubles(words[6:]) or (0.0, 0.0))
 
 
 def _at_wall(found: tuple[int, int] | None) -> list[Any] | None:
@@ -187,7 +172,7 @@ ANSWERS: dict[str, Callable[..., Any]] = {
     "contacts": contact,
     "walls": wall,
     "bent_contacts": bent_contact,
-    "bent_walls": bent_wall,
+    "bent_walls": wall,
     "bent_places": bent_place,
     "exchanges": exchange,
     "places": place,

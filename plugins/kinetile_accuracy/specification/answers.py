@@ -6,7 +6,6 @@ Of responses these are elastic, pass, restitution and stop; what others do is no
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 from kinetile import Insert, Scene
@@ -14,6 +13,7 @@ from kinetile.errors import Refused
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
+    Separation,
     Vector,
     Whole,
     exchanged_along,
@@ -79,7 +79,7 @@ class Answers:
         ruled = scene.responses or scene.kinds != (0,) or math.inf in self.masses
         self._equal = not ruled and len(set(self.masses)) <= 1
         self._touched = [LONG_AGO] * count
-        self._bent, self._resting = any(largest_pull(scene)), scene.resting
+        self._accelerated, self._resting = any(largest_pull(scene)), scene.resting
 
     def response(self, a: int, b: int) -> Any:
         """Returns the response of two bodies, or of a body and a wall (b below 0)."""
@@ -99,7 +99,7 @@ class Answers:
 
     def settle(self, a: int, b: int) -> float:
         """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0 without one."""
-        return float((self._bent and self.response(a, b).options.get("settle")) or 0.0)
+        return float((self._accelerated and self.response(a, b).options.get("settle")) or 0.0)
 
     def touch(self, bodies: tuple[int, ...], now: int) -> None:
         """Notes that bodies are in a contact that counts as their last (rule 11): for an immovable one only
@@ -137,12 +137,8 @@ class Answers:
             dx, dy = apart
             size = math.sqrt(dx * dx + dy * dy)
             return (dx / size, dy / size), None
-        half = Fraction(self._length) / 2  # of the middle of the tick (rule 9t)
-        v = (
-            Fraction(two.vx) - Fraction(one.vx) + half * (Fraction(two.pull[0]) - Fraction(one.pull[0])),
-            Fraction(two.vy) - Fraction(one.vy) + half * (Fraction(two.pull[1]) - Fraction(one.pull[1])),
-        )
-        return normal_and_face(m, apart, v)
+        _, (vx, vy), (hx, hy) = Separation(one, two).ways
+        return normal_and_face(m, apart, (vx + hx, vy + hy))
 
     def of_pair(
         self,
@@ -184,6 +180,6 @@ class Answers:
         None: they come to rest, and not along the normal alone (rule 11h)."""
         since = float(now - max(self._touched[body] for body in bodies)) * self._length
         if response.name == "stop":
-            return 1.0 if self._bent and since <= 0.5 * self._length * LASTING else None
+            return 1.0 if self._accelerated and since <= 0.5 * self._length * LASTING else None
         soon = since <= float(response.options.get("contact_time") or 0.0)
         return 2.0 if soon else 1.0 + float(response.options.get("e", 1.0))

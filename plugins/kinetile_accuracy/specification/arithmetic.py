@@ -1,16 +1,10 @@
-"""Rules 1 to 6 and 9 of docs/specification.md: times of contact in integers, plans and exchanges in doubles.
+"""Rules 1 to 6 and 9 of docs/specification.md: places in integers, plans and exchanges in doubles.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
 as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
-length; and how much its acceleration bends that. Where two bodies are at some tick, and the coefficients of
-the quadratic for the distance of their centres, are then integers too, with the time counted in ticks::
-
-    a T^2 + 2 b T + c,   a = |v|^2,  b = d . v,  c = |d|^2 - R^2
-
-The first root is (-b - sqrt(D)) / a with D = b^2 - a c. Its floor is the floor of floor(-b - sqrt(D)) / a,
-and floor(-b - sqrt(D)) is -b - r with the integer square root r of D, or one less where D is no square. So
-one ``isqrt`` and one division give the tick of contact, and nothing is rounded before. Where bodies are
-accelerated the rules ask for signs at whole ticks alone (``bent_shapes``).
+length; and how much its acceleration bends that. Where two bodies are apart, n ticks after the later anchor,
+is then a polynomial of n in integers, and so is all that the rules ask of that place (``touching``): they ask
+for signs at whole ticks (``signs``), and nothing is rounded before.
 
 *Rounded.* Python's float is a double, each of its operations rounds once, to nearest and ties to even, and
 nothing is contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly as
@@ -27,8 +21,8 @@ from fractions import Fraction
 
 from kinetile import Accelerate, Insert, Scene, Turn
 from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
-from kinetile_accuracy.specification.bent import HORIZON as HORIZON
-from kinetile_accuracy.specification.bent import Polynomial, first_fall
+from kinetile_accuracy.specification.signs import HORIZON as HORIZON
+from kinetile_accuracy.specification.signs import Polynomial, first_fall
 
 UNIT_BITS = 52
 UNIT_TICKS = 1 << UNIT_BITS
@@ -95,7 +89,7 @@ class Frame:
         bits: int,
         periods: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        self.arena = arena and tuple(map(_ratio, arena))
+        self.arena = arena and tuple(map(ratio, arena))
         self.periods = periods
         self.fine = UNIT_BITS + bits
         self.finest = max((fine for _, fine in self.arena or ()), default=0)
@@ -125,9 +119,9 @@ class FlightPlan:
         x, y = _less(x, right, frame.periods[0]), _less(y, up, frame.periods[1])
         self.turns = turns[0] + right, turns[1] + up
         self.x, self.y, self.vx, self.vy, self.pull, self.anchor = x, y, vx, vy, pull, anchor
-        lengths = [_ratio(x), _ratio(y), _ratio(radius)]
-        speeds = [(number, fine + frame.fine) for number, fine in (_ratio(vx), _ratio(vy))]
-        bends = [(n, k + 1 + 2 * frame.fine) if n else (0, 0) for n, k in map(_ratio, pull)]
+        lengths = [ratio(x), ratio(y), ratio(radius)]
+        speeds = [(number, fine + frame.fine) for number, fine in (ratio(vx), ratio(vy))]
+        bends = [(n, k + 1 + 2 * frame.fine) if n else (0, 0) for n, k in map(ratio, pull)]
         self.bits = bits = max(frame.finest, *(fine for _, fine in (*lengths, *speeds, *bends)))
         px, py, self.radius = (number << (bits - fine) for number, fine in lengths)
         wx, wy = (number << (bits - fine) for number, fine in speeds)
@@ -154,71 +148,27 @@ class FlightPlan:
         return (x, y), (vx, vy)
 
 
-class PairQuadratic:
-    """The squared distance of two discs less that of their contact: a T^2 + 2 b T + c, in integers.
+class Separation:
+    """Where the second of two bodies is from the first, d(n) of rule 5, in integers that count 2^-``bits`` of
+    the length: the coefficients (``ways``) of 1, n and n^2, n counting ticks from ``since``, the later of the
+    anchors. ``reach`` is the sum of the radii. ``image`` is the periods of the frame by which the second is
+    seen away from its unwrapped place (rule 5p)."""
 
-    T counts ticks from ``since``, the later of the anchors; lengths count 2^-bits. There the second is (dx,
-    dy) from the first, and moves by (vx, vy) in a tick; ``reach`` is the sum of the radii, R. ``image`` is
-    the periods of the frame by which the second is seen away from its unwrapped place. (hx, hy) is what the
-    square of T adds to its way: where that is not 0 it is no quadratic, but ``quartic``.
-    """
-
-    __slots__ = ("a", "b", "bits", "c", "dx", "dy", "hx", "hy", "reach", "since", "vx", "vy")
+    __slots__ = ("bits", "reach", "since", "ways")
 
     def __init__(
         self, one: FlightPlan, two: FlightPlan, frame: Frame | None = None, image: Whole = (0, 0)
     ) -> None:
         self.since = max(one.anchor, two.anchor)
-        self.bits = max(one.bits, two.bits)
-        ways = zip(one.flown(self.since, self.bits), two.flown(self.since, self.bits), strict=True)
-        along = ([after - before for before, after in zip(*way, strict=True)] for way in ways)
-        (self.dx, self.vx, self.hx), (self.dy, self.vy, self.hy) = along
-        if frame is not None:
-            self.dx += self._periods(one, two, frame, image, 0)
-            self.dy += self._periods(one, two, frame, image, 1)
-        self.reach = (one.radius << (self.bits - one.bits)) + (two.radius << (self.bits - two.bits))
-        self.a = self.vx * self.vx + self.vy * self.vy
-        self.b = self.dx * self.vx + self.dy * self.vy
-        self.c = self.dx * self.dx + self.dy * self.dy - self.reach * self.reach
-
-    def _periods(self, one: FlightPlan, two: FlightPlan, frame: Frame, image: Whole, axis: int) -> int:
-        """Returns how far an image of the second is from its place, along an axis."""
-        number, fine = _ratio(frame.periods[axis])
-        return ((image[axis] + two.turns[axis] - one.turns[axis]) * number) << (self.bits - fine)
-
-    def quartic(self) -> Polynomial:
-        """Returns Q of rule 5a, as a polynomial of the ticks after ``since``."""
-        more = 2 * (self.dx * self.hx + self.dy * self.hy)
-        across, square = self.vx * self.hx + self.vy * self.hy, self.hx * self.hx + self.hy * self.hy
-        return self.c, 2 * self.b, self.a + more, 2 * across, square
-
-    def exact(self) -> tuple[tuple[Fraction, Fraction], ...]:
-        """Returns (dx, dy), (vx, vy) and (hx, hy), as lengths."""
-        whole = (self.dx, self.dy), (self.vx, self.vy), (self.hx, self.hy)
-        return tuple((Fraction(x, 1 << self.bits), Fraction(y, 1 << self.bits)) for x, y in whole)
-
-    def tick(self) -> int | None:
-        """Returns the tick of contact (rule 5), or None."""
-        if self.b >= 0:
-            return None
-        if self.c <= 0:
-            return self.since
-        discriminant = self.b * self.b - self.a * self.c
-        if discriminant <= 0:
-            return None
-        root = math.isqrt(discriminant)
-        wait = (-self.b - root - (root * root != discriminant)) // self.a
-        return self.since + wait if wait < HORIZON else None
-
-    def parting_tick(self) -> int | None:
-        """Returns the tick at which two discs part that pass through each other (rule 11p), or None."""
-        discriminant = self.b * self.b - self.a * self.c
-        if self.c > 0 and (self.b >= 0 or discriminant <= 0):
-            return self.since
-        if self.a == 0:
-            return None
-        wait = (math.isqrt(discriminant) - self.b) // self.a
-        return self.since + wait if wait < HORIZON else None
+        self.bits = bits = max(one.bits, two.bits)
+        paths = zip(one.flown(self.since, bits), two.flown(self.since, bits), strict=True)
+        along = [[after - before for before, after in zip(*path, strict=True)] for path in paths]
+        for axis, period in enumerate(frame.periods if frame is not None else ()):
+            number, fine = ratio(period)
+            turns = image[axis] + two.turns[axis] - one.turns[axis]
+            along[axis][0] += (turns * number) << (bits - fine)
+        self.ways: list[Whole] = list(zip(*along, strict=True))
+        self.reach = (one.radius << (bits - one.bits)) + (two.radius << (bits - two.bits))
 
 
 def image_tick(
@@ -232,12 +182,12 @@ def image_tick(
     """Returns the tick of contact of two bodies, the elder first, and the image (rule 5p); None: none on
     these plans, or before the ``earliest``, or of some images. ``tick_through`` returns when they meet
     through one. Computes images within reach in some time, and if none is met those of twice that time."""
-    own = PairQuadratic(one, two, frame)
-    sides = [number << (own.bits - fine) for number, fine in map(_ratio, frame.periods)]
+    own = Separation(one, two, frame)
+    sides = [number << (own.bits - fine) for number, fine in map(ratio, frame.periods)]
     for power in range(49, 55):
         ticks = 1 << power
         images: list[range] = []
-        for place, step, side in zip((own.dx, own.dy), (own.vx, own.vy), sides, strict=True):
+        for place, step, side in zip(*own.ways[:2], sides, strict=True):
             there = place + step * (ticks + 1)
             low, high = min(place, there) - own.reach, max(place, there) + own.reach
             images.append(range(-(high // side), -low // side + 1) if side else range(1))
@@ -254,9 +204,8 @@ def image_tick(
 def wall_tick(
     plan: FlightPlan, frame: Frame, reaches: Sequence[tuple[float, float]] | None = None
 ) -> tuple[int, int] | None:
-    """Returns (tick, wall) of the contact of a body with a wall by its plan (rules 6 and 6a, which are the
-    same along an axis without acceleration); None: none. ``reaches`` are how far a shape reaches down and up
-    each axis (rule 6s); None: as far as the radius."""
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: none.
+    ``reaches`` are how far a shape reaches down and up each axis (rule 6s); None: as far as the radius."""
     found: list[tuple[int, int]] = []  # in the order of walls
     size, walls = 1 << plan.bits, ((LEFT, RIGHT), (BOTTOM, TOP))
     for axis, (extent, fine) in enumerate(frame.arena or ()):
@@ -266,18 +215,12 @@ def wall_tick(
             own = tuple(Fraction(each) * size for each in reaches[axis])
         gaps = place - own[0], (extent << (plan.bits - fine)) - place - own[1]
         for gap, way, wall in zip(gaps, (1, -1), walls[axis], strict=True):
-            wait = None if frame.periods[axis] else _wall_wait(gap, way * step, way * bend)
+            whole = gap.denominator
+            path = int(gap * whole), way * step * whole, way * bend * whole
+            wait = None if frame.periods[axis] else first_fall(path)
             if wait is not None:
                 found.append((plan.anchor + wait, wall))
     return min(found, key=lambda met: met[0], default=None)
-
-
-def _wall_wait(gap: int | Fraction, speed: int, bend: int) -> int | None:
-    if bend:
-        whole = gap.denominator
-        return first_fall((int(gap * whole), speed * whole, bend * whole))
-    wait = max(gap, 0) // -speed if speed < 0 else HORIZON
-    return wait if wait < HORIZON else None
 
 
 def anchored(place: float, speed: float, ticks: int, tick: float, pull: float = 0.0) -> tuple[float, float]:
@@ -345,7 +288,7 @@ def _less(place: float, turns: int, period: float) -> float:
     return float(Fraction(place) - turns * Fraction(period)) if turns else place
 
 
-def _ratio(number: float) -> tuple[int, int]:
+def ratio(number: float) -> tuple[int, int]:
     """Returns a double as (n, k), which is n 2^-k."""
     numerator, denominator = number.as_integer_ratio()
     return numerator, denominator.bit_length() - 1

@@ -230,7 +230,7 @@ class LogCertifier:
             if line.b >= 0:
                 plan = course.plans[line.b]
                 two = plan.x, plan.y, plan.vx, plan.vy
-        if course.bent and line.b in (INSERTED, MOVED, ACCELERATED, LEAVING):
+        if course.accelerated and line.b in (INSERTED, MOVED, ACCELERATED, LEAVING):
             two = *plan.pull, nan, nan
         for side, body, numbers in (("a", line.a, one), ("b", line.b, two)):
             for name, right in zip(_PLAN, numbers, strict=True):
@@ -395,11 +395,11 @@ def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
         if met[1] != b:
             return None, f"the wall that it meets first is the {WALLS[met[1]]} one, at {_when(met[0])}"
         own = met[0]
-    elif course.barred(a, b) and not any(course.frame.periods) and not course.bent:
-        since = _when(course.plans[a].anchor)
-        return None, f"these two are barred: they met at {since}, and neither has had another plan since"
     else:
         image = course.meeting(a, b)
+        if image is None and course.have_just_met(a, b):
+            since = _when(course.plans[a].anchor)
+            return None, f"these two have just met, at {since}, and do not meet again by their present plans"
         if image is None:
             return None, "by their present plans these two do not meet"
         own = image[0]

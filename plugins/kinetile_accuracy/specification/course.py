@@ -27,7 +27,7 @@ import numpy as np
 
 from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Shape, Turn
 from kinetile.instruments import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
-from kinetile_accuracy.specification import arithmetic, bent_shapes, shapes
+from kinetile_accuracy.specification import arithmetic, shapes
 from kinetile_accuracy.specification.answers import LONG_AGO, OUT, Answers, Support, across, both_hold, part
 from kinetile_accuracy.specification.arithmetic import (
     BEAT,
@@ -35,12 +35,13 @@ from kinetile_accuracy.specification.arithmetic import (
     SPAN,
     FlightPlan,
     Frame,
-    PairQuadratic,
+    Separation,
     Vector,
     Whole,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds, Floats
 from kinetile_accuracy.specification.shapes import Difference
+from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
@@ -112,7 +113,7 @@ class Course:
         self._last = last
         self.frame = Frame(scene.arena, bits, scene.periods)
         self._gravity = scene.gravity
-        self.bent = any(arithmetic.largest_pull(scene))
+        self.accelerated = any(arithmetic.largest_pull(scene))
         self._arena = scene.arena or ()
         self._periodic = any(scene.periods)
         self._span = BEAT if self._periodic else SPAN
@@ -133,13 +134,13 @@ class Course:
         self._at_once: list[_Passing] = []  # those that begin now, before all else
         self._heap = [_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY)]
         self._contacts = _NOBODY, 0  # the tick of the last contact, and how many there were
-        self._met = [_NOBODY] * count
+        self._met = [_NOBODY] * count  # whom each has just met (rule 7), and through which image
         self._image: list[Whole] = [(0, 0)] * count
         self._stamp = [0] * count
         self._whole: list[Vector] = [(0.0, 0.0)] * count  # accelerations, whatever holds a body
         self.held: list[tuple[Support, ...]] = [()] * count
         radius, shaped = np.array(self._radius), bool(scene.shapes)
-        self._bounds = ContactBounds(radius, self.frame.fine, scene.periods, shaped, self.bent)
+        self._bounds = ContactBounds(radius, self.frame.fine, scene.periods, shaped, self.accelerated)
         self.present = [False] * count
         self.plans = [FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.0, self.frame)] * count
         states = (column.tolist() for column in (scene.position, scene.velocity, scene.acceleration))
@@ -413,11 +414,8 @@ class Course:
         """Enters the end of a passing, if it has one by the present plans."""
         a, b, image = passing
         m = self._difference(a, b)
-        flight, begun = PairQuadratic(self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
-        if self.bent:
-            tick = bent_shapes.bent_parting_tick(m, flight, begun)
-        else:
-            tick = flight.parting_tick() if m is None else shapes.parting(m, flight)
+        flight, begun = Separation(self.plans[a], self.plans[b], self.frame, image), self._passing[passing]
+        tick = parting_tick(m, flight, begun)
         if tick is not None:
             tick = max(tick, begun + 1)
             heapq.heappush(self._heap, _Entry(tick, _PARTING, a, b, self._stamp[a], self._stamp[b], image))
@@ -464,15 +462,14 @@ class Course:
         self.plans[body] = plan
         self._bounds.put(body, plan)
 
-    def barred(self, a: int, b: int) -> bool:
-        """Returns whether two bodies are barred from each other (rule 7)."""
+    def have_just_met(self, a: int, b: int) -> bool:
+        """Returns whether two bodies have just met each other (rule 7)."""
         return self._met[a] == b and self._met[b] == a
 
     def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
-        """Returns the tick of contact of bodies a < b, and the image; None: none that is not barred. With
-        accelerations they are not barred, but rule 7a says from when on they may meet again."""
+        """Returns the tick of contact of bodies a < b, and the image; None: none."""
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
-        barred = self._image[a] if self.barred(a, b) else None
+        met = self._image[a] if self.have_just_met(a, b) else None
         held = [each.image for each in self.held[a] if each.number == b]
         held += [each.image for each in self.held[b] if each.number == a]
         earliest = self.now if self._answers.passes(a, b) else 0
@@ -480,18 +477,10 @@ class Course:
             return None  # rule 7s
 
         def tick_through(image: Whole) -> int | None:
-            flight = PairQuadratic(one, two, self.frame, image)
-            if self.bent:
-                return bent_shapes.bent_tick(m, flight, image == barred, earliest)
-            if m is None:
-                return flight.tick()
-            met = shapes.contact(m, flight)
-            return None if met is None else met.tick
+            return touching_tick(m, Separation(one, two, self.frame, image), image == met, earliest)
 
         if self._periodic:
             left_out = held + [each.image for each in self._passing if each[:2] == (a, b)]
-            if barred is not None and not self.bent:
-                left_out.append(barred)
             return arithmetic.image_tick(one, two, self.frame, left_out, earliest, tick_through)
         tick = None if held else tick_through((0, 0))
         return None if tick is None else (tick, (0, 0))
@@ -547,7 +536,7 @@ class Course:
         return a == _NOBODY or (self._stamp[a] == stamp and fits)
 
     def _change(self, body: int, plan: FlightPlan, velocity: Vector, pull: Vector | None = None) -> None:
-        """Gives a body another velocity, and perhaps acceleration, on a plan anchored now; ends its bars."""
+        """Gives a body another velocity, and perhaps acceleration, on a plan anchored now."""
         more = plan.turns, plan.pull if pull is None else pull
         plan = FlightPlan(plan.x, plan.y, *velocity, self.now, self._radius[body], self.frame, *more)
         self.plans[body] = plan
@@ -570,9 +559,10 @@ class Course:
     def _bound(self, bodies: list[int]) -> None:
         """Enters bounds with all others: the few that may come first get an entry each, the rest one."""
         for body, waits in zip(bodies, self._bounds.waits(bodies, self.now), strict=True):
-            lasts = not self._periodic and not self.bent  # without images or bends a bar is of all contacts
-            if lasts and self._met[body] != _NOBODY and self.barred(body, self._met[body]):
-                waits[self._met[body]] = np.inf
+            other = self._met[body]
+            met = not self._periodic and other != _NOBODY and self.have_just_met(body, other)
+            if met and self.plans[body].pull == self.plans[other].pull:
+                waits[other] = np.inf  # they do not meet again
             for a, b, _ in () if self._periodic else self._passing:  # bounded again at their parting
                 if body in (a, b):
                     waits[a + b - body] = np.inf

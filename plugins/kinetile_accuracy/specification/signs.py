@@ -1,0 +1,122 @@
+"""Signs of polynomials at whole ticks: what rules 5 to 7 of docs/specification.md ask, in integers.
+
+A polynomial is the list of its coefficients, integers, from that of degree 0 on, of a whole number of ticks.
+Contact is a matter of signs at whole ticks: the first n at which Q(n + 1) is below 0 and below Q(n). Let
+dQ(n) = Q(n + 1) - Q(n), of one degree less. Where dQ is nowhere below 0, or everywhere, Q is monotone; so it
+changes its sign at most once there, and bisection finds where. By induction that gives, for a polynomial of
+any degree, all places at which it goes below 0 or comes back from there. No root decides: those of degrees 1
+and 2 are where the bisection begins, which makes it short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import comb, isqrt
+
+HORIZON = 1 << 62
+"""A contact this many ticks after the later anchor, or later, does not count (rules 5 and 6)."""
+
+Polynomial = Sequence[int]
+
+Runs = list[tuple[int, int]]
+"""A set of whole n: runs [low, high)."""
+
+
+def first_fall(q: Polynomial, start: int = 0) -> int | None:
+    """Returns the first n from ``start`` on at which Q(n + 1) < min(0, Q(n)), or None."""
+    steps = differences(q)
+    for low, high in pairwise([start, *changes(steps, start), HORIZON]):
+        falls = low < high and value_at(steps, low) < 0  # all the way
+        if falls and value_at(q, high) < 0:
+            return _first(q, low, high) - 1 if value_at(q, low) >= 0 else low
+    return None
+
+
+def counts_from(gaps: Sequence[Polynomial]) -> int | None:
+    """Returns from which n on two that have just met may meet again (rules 7 and 7s): the first at which one
+    of some gaps grows, but 0 if all of them shrink, more and more; None: from none on."""
+    steps = [differences(gap) for gap in gaps]
+    if all(value_at(each, 1) < value_at(each, 0) <= 0 for each in steps):
+        return 0
+    grows = [where(0, [negated(each)]) for each in steps]
+    return min((runs[0][0] for runs in grows if runs), default=None)
+
+
+def where(start: int, below: Sequence[Polynomial], others: Sequence[Polynomial] = ()) -> Runs:
+    """Returns the n from ``start`` on, up to the horizon, at which some polynomials are below 0, and others
+    are not."""
+    found = [(start, HORIZON)] if start < HORIZON else []
+    for k, p in enumerate((*below, *others)):
+        if not found:
+            break
+        ends = [start, *changes(p, start), HORIZON]
+        first = int((value_at(p, start) < 0) != (k < len(below)))
+        found = both(found, list(pairwise(ends))[first::2])
+    return found
+
+
+def both(one: Runs, other: Runs) -> Runs:
+    """Returns the intersection of two sets."""
+    pairs = ((max(a, c), min(b, d)) for a, b in one for c, d in other)
+    return [(low, high) for low, high in pairs if low < high]
+
+
+def changes(p: Polynomial, start: int) -> list[int]:
+    """Returns the n after ``start`` at which p is below 0 and was not at n - 1, or the other way round."""
+    if not any(p[1:]):
+        return []
+    found = []
+    for low, high in pairwise([start, *changes(differences(p), start), HORIZON]):
+        if low < high and (value_at(p, low) < 0) != (value_at(p, high) < 0):
+            found.append(_first(p, low, high))
+    return found
+
+
+def _first(p: Polynomial, low: int, high: int) -> int:
+    """Returns the first n after ``low`` at which p is below 0 as it is at ``high``, or is not as it is not
+    there. Before: it is the other way at ``low``, and changes once."""
+    there, guesses = value_at(p, high) < 0, _near_roots(p)
+    while high - low > 1:
+        middle = next(guesses, (low + high) >> 1)
+        if low < middle < high:
+            low, high = (low, middle) if (value_at(p, middle) < 0) == there else (middle, high)
+    return high
+
+
+def _near_roots(p: Polynomial) -> Iterator[int]:
+    """Yields n on both sides of each root of a polynomial of degree 1 or 2."""
+    c, b, a = (*p[:3], 0)[:3]
+    floors = []
+    if any(p[3:]) or b * b < 4 * a * c:
+        return
+    if a:
+        root = isqrt(b * b - 4 * a * c)
+        floors = [(-b - root) // (2 * a), (-b + root) // (2 * a)]
+    elif b:
+        floors = [-c // b]
+    for floor in floors:
+        yield from (floor, floor + 1, floor - 1, floor + 2)
+
+
+def value_at(p: Polynomial, n: int) -> int:
+    """Returns p(n)."""
+    value = 0
+    for each in reversed(p):
+        value = value * n + each
+    return value
+
+
+def negated(p: Polynomial) -> Polynomial:
+    """Returns -p."""
+    return [-each for each in p]
+
+
+def differences(p: Polynomial) -> list[int]:
+    """Returns p(n + 1) - p(n)."""
+    return [sum(comb(k, power) * p[k] for k in range(power + 1, len(p))) for power in range(len(p) - 1)]
+
+
+def a_tick_later(p: Polynomial) -> Polynomial:
+    """Returns p(n + 1)."""
+    return [sum(comb(k, power) * p[k] for k in range(power, len(p))) for power in range(len(p))]
