@@ -28,7 +28,7 @@ function body(row) {
 function questions(file) {
   const text = readFileSync(file, "utf8");
   if (!file.endsWith(".txt")) {
-    const tick = (answer) => (answer === null ? null : BigInt([answer].flat()[0]));
+    const tick = (answer) => (answer === null ? null : BigInt(answer));
     const rows = Object.values(JSON.parse(text).families).flat();
     return rows.map(([e, a, b, answer]) => ["clear", e, body(a), body(b), tick(answer)]);
   }

@@ -33,8 +33,7 @@ def questions(path):
             yield grade, int(e), a, b, None if tick == "-" else int(tick)
         return
     for e, a, b, answer in chain(*json.loads(path.read_text())["families"].values()):
-        tick = answer[0] if isinstance(answer, list) else answer
-        yield "clear", e, body(a), body(b), None if tick is None else int(tick)
+        yield "clear", e, body(a), body(b), None if answer is None else int(answer)
 
 
 def main(words):

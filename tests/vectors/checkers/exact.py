@@ -1,8 +1,8 @@
-"""The time of impact of two discs or convex shapes, exactly: rules 5 and 5s of kinetile's specification."""
+"""The tick of contact of two discs or convex shapes, exactly: rules 5 and 5s of kinetile's specification."""
 
 from fractions import Fraction
 from itertools import chain
-from math import floor, isqrt
+from math import isqrt
 
 
 def time_of_impact(e, a, b):
@@ -26,49 +26,67 @@ def time_of_impact(e, a, b):
     here = zip(at_a, pace_a, at_b, pace_b, strict=True)
     d = [whole(y) + w * (since - anchor_b) - whole(x) - v * (since - anchor_a) for x, v, y, w in here]
     v, r = [w - v for v, w in zip(pace_a, pace_b, strict=True)], whole(ra) + whole(rb)
-    # b's place, seen from a's, flies past the hull of all differences of corners, grown by r
+    # b's place, seen from a's, meets the hull of all differences of corners, grown by r
     corners = hull({(whole(x) - whole(p), whole(y) - whole(q)) for x, y in core_a for p, q in core_b})
-    # who leaves all of it on one side of the way, but for a strip, does not meet it
-    beyond = signed_square((whole(strip) if corners[1:] else 0) - r) * dot(v, v)
-    sides = [(d[0] - x) * v[1] - (d[1] - y) * v[0] for x, y in corners]
-    if not max(map(signed_square, sides)) > beyond < -min(map(signed_square, sides)):
-        return None
-    faces = []  # g, u: the place across and along it; w, z: how they grow; t.t: the square of its length
-    for (x, y), (p, q) in zip(corners, corners[1:] + corners[:1], strict=True) if corners[1:] else ():
-        n, t, at = (q - y, x - p), (p - x, q - y), (d[0] - x, d[1] - y)
-        faces.append((dot(n, at), dot(t, at), dot(n, v), dot(t, v), dot(t, t)))
-    if faces and all(g <= 0 and (len(faces) > 2 or 0 <= u <= tt) for g, u, _, _, tt in faces):
-        depths = [(Fraction(g * g, tt), w) for g, _, w, _, tt in faces]
-        return since if all(w < 0 for depth, w in depths if depth == min(depths)[0]) else None
-    discs = [(dot(at, at) - r * r, dot(at, v)) for at in ((d[0] - x, d[1] - y) for x, y in corners)]
-    over = [(g * g - r * r * tt, w) for g, u, w, _, tt in faces if g > 0 and 0 <= u <= tt]
-    gap, growth = over[0] if over else min(discs)
-    if gap <= 0:
-        return since if growth < 0 else None
-    times = []
+    # d is sought among whole n: each condition holds in one run of them, and n is the first of all
+    ways = [(p - x, q - y) for (x, y), (p, q) in zip(corners, corners[1:] + corners[:1], strict=True)]
+    ticks, faces = [], []
+    for k, (x, y) in enumerate(corners):
+        at, after, before = (d[0] - x, d[1] - y), ways[k], ways[k - 1]
+        if after != (0, 0):
+            n = after[1], -after[0]
+            g, w, u, z, tt = dot(n, at), dot(n, v), dot(after, at), dot(after, v), dot(after, after)
+            faces.append((g, w, tt))
+            over = [below(-1 - g, -w), below(-1 - u, -z), below(u - tt - 1, z)]
+            if w < 0:
+                ticks += first(below(g - ceil_sqrt(r * r * tt), w), *over)
+        c, b, a = dot(at, at) - r * r, dot(at, v), dot(v, v)
+        beside = [below(dot(after, at) - 1, dot(after, v)), below(-1 - dot(before, at), -dot(before, v))]
+        ticks += first(disc_below(c, b, a), below(2 * b - a, 2 * a), *beside)  # within it, and falling
+    inside = both(*(below(g, w) for g, w, _ in faces)) if len(faces) > 2 else EMPTY
     if r:
-        vv = dot(v, v)
-        roots = [(-B, B * B - vv * Q) for Q, B in discs if B < 0]
-        times += [(p - ceil_sqrt(m)) // vv for p, m in roots if m > 0]
-        for g, u, w, z, tt in faces:
-            # it comes to within r of the line where -w u is c - z sqrt(m)
-            m, c = r * r * tt, z * g - u * w
-            over = signed_square(c + tt * w) <= signed_square(z) * m <= signed_square(c)
-            if w < 0 < g and g * g > m and over:
-                times.append((g - ceil_sqrt(m)) // -w)
-    elif len(faces) > 2 and any(f[2] < 0 for f in faces) and all(w or g < 0 for g, _, w, _, _ in faces):
-        enters = max(Fraction(g, -w) for g, _, w, _, _ in faces if w < 0)
-        if enters >= 0 and all(enters < Fraction(-g, w) for g, _, w, _, _ in faces if w > 0):
-            times.append(floor(enters))
-    return since + min(times) if times and min(times) < 1 << 62 else None
+        ticks += [inside[0] - 1] if 0 < inside[0] <= inside[1] else []
+    else:
+        width = whole(strip)
+        deep = both(inside, *(below(g + isqrt(width * width * tt), w) for g, w, tt in faces))
+        nearest = max((Fraction(g * abs(g), tt) for g, _, tt in faces), default=None)
+        falls = all(w < 0 for g, w, tt in faces if Fraction(g * abs(g), tt) == nearest)
+        visited = deep[0] <= deep[1] and (inside[0] > 0 or (falls and inside[1] > 0))
+        ticks = [max(inside[0] - 1, 0)] if visited else []
+    return since + min(ticks) if ticks and min(ticks) < FAR else None
+
+
+FAR = 1 << 62
+EMPTY = (1, 0)
+
+
+def below(c, b):
+    """Return the first and the last n, from 0 on, with c + b n < 0."""
+    if b == 0:
+        return (0, FAR) if c < 0 else EMPTY
+    return (max(c // -b + 1, 0), FAR) if b < 0 else (0, (-c - 1) // b)
+
+
+def disc_below(c, b, a):
+    """Return the first and the last n, from 0 on, with c + 2 b n + a n^2 < 0."""
+    m = b * b - a * c
+    if a == 0 or m <= 0:
+        return EMPTY  # what rests does not fall, either
+    return max((-b - ceil_sqrt(m)) // a + 1, 0), -((b - ceil_sqrt(m)) // a) - 1
+
+
+def both(*runs):
+    return max(low for low, _ in runs), min(high for _, high in runs)
+
+
+def first(*runs):
+    """Return [n], n + 1 being the first in all runs; [] if there is none."""
+    low, high = both((1, FAR), *runs)
+    return [low - 1] if low <= high else []
 
 
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1]
-
-
-def signed_square(a):
-    return a * abs(a)
 
 
 def ceil_sqrt(m):
