@@ -1,4 +1,4 @@
-// The time of impact of two discs or convex shapes, exactly: rules 5 and 5s of kinetile's specification.
+// The tick of contact of two discs or convex shapes, exactly: rules 5 and 5s of kinetile's specification.
 
 /**
  * When a and b begin to touch, in ticks of 2^-(52 + e), as a BigInt or a Number, or null. A body has the corners of
@@ -16,62 +16,73 @@ export function timeOfImpact(e, a, b) {
   const pace = (body) => body.v.map((z) => scaled(z, size - 52 - e));
   const here = (body) => body.at.map((z, i) => whole(z) + pace(body)[i] * (since - body.anchor));
   const [d, v, r] = [less(here(b), here(a)), less(pace(b), pace(a)), whole(a.radius) + whole(b.radius)];
-  // b's place, seen from a's, flies past the hull of all differences of corners, grown by r
+  // b's place, seen from a's, meets the hull of all differences of corners, grown by r
   const corners = hull(a.core.flatMap((p) => b.core.map((q) => less(p.map(whole), q.map(whole)))));
-  // who leaves all of it on one side of the way, but for a strip, does not meet it
-  const beyond = signedSquare((corners.length > 1 ? whole(strip) : 0n) - r) * dot(v, v);
-  const sides = corners.map((p) => less(d, p)).map(([x, y]) => signedSquare(x * v[1] - y * v[0]));
-  if (sides.every((side) => side <= beyond) || sides.every((side) => -side <= beyond)) return null;
-  const faces = corners.map((p, i) => {
-    const t = less(corners[(i + 1) % corners.length], p);
-    const [n, at, tt] = [[t[1], -t[0]], less(d, p), dot(t, t)];
-    const [g, u, w, z] = [dot(n, at), dot(t, at), dot(n, v), dot(t, v)]; // across and along it, and how they grow
-    return { g, u, w, z, tt, isOver: 0n <= u && u <= tt };
-  });
-  if (corners.length === 1) faces.pop();
-
-  if (faces.length && faces.every(({ g, isOver }) => g <= 0n && (faces.length > 2 || isOver))) {
-    const least = faces.reduce((f, h) => (h.g * h.g * f.tt < f.g * f.g * h.tt ? h : f));
-    return faces.every((f) => f.w < 0n || f.g * f.g * least.tt !== least.g * least.g * f.tt) ? since : null;
+  // d is sought among whole n: each condition holds in one run of them, and n is the first of all
+  const ways = corners.map((p, i) => less(corners[(i + 1) % corners.length], p));
+  let ticks = [];
+  const faces = [];
+  for (const [k, p] of corners.entries()) {
+    const [at, after, before] = [less(d, p), ways[k], ways.at(k - 1)];
+    if (after[0] || after[1]) {
+      const n = [after[1], -after[0]];
+      const [g, w, u, z, tt] = [dot(n, at), dot(n, v), dot(after, at), dot(after, v), dot(after, after)];
+      faces.push({ g, w, tt });
+      const over = [below(-1n - g, -w), below(-1n - u, -z), below(u - tt - 1n, z)];
+      if (w < 0n) ticks.push(...first(below(g - rootAbove(r * r * tt), w), ...over));
+    }
+    const [c, b, a] = [dot(at, at) - r * r, dot(at, v), dot(v, v)];
+    const beside = [below(dot(after, at) - 1n, dot(after, v)), below(-1n - dot(before, at), -dot(before, v))];
+    ticks.push(...first(discBelow(c, b, a), below(2n * b - a, 2n * a), ...beside)); // within it, and falling
   }
-  const discs = corners.map((p) => less(d, p)).map((at) => ({ gap: dot(at, at) - r * r, growth: dot(at, v) }));
-  const over = faces.find(({ g, isOver }) => g > 0n && isOver);
-  const near = over
-    ? { gap: over.g * over.g - r * r * over.tt, growth: over.w }
-    : discs.reduce((one, other) => (other.gap < one.gap ? other : one));
-  if (near.gap <= 0n) return near.growth < 0n ? since : null;
-
-  const ticks = [];
+  const inside = faces.length > 2 ? both(...faces.map(({ g, w }) => below(g, w))) : EMPTY;
   if (r) {
-    const vv = dot(v, v);
-    for (const { gap, growth } of discs) {
-      const m = growth * growth - vv * gap;
-      if (growth < 0n && m > 0n) ticks.push(floorDivide(-growth - rootAbove(m), vv));
-    }
-    for (const { g, u, w, z, tt } of faces) {
-      // it comes to within r of the line where -w u is A - z sqrt(m)
-      const [m, A] = [r * r * tt, z * g - u * w];
-      const isOver = signedSquare(A + tt * w) <= signedSquare(z) * m && signedSquare(z) * m <= signedSquare(A);
-      if (w < 0n && g > 0n && g * g > m && isOver) ticks.push(floorDivide(g - rootAbove(m), -w));
-    }
-  } else if (faces.length > 2 && faces.every(({ g, w }) => w || g < 0n)) {
-    const entries = faces.filter(({ w }) => w < 0n);
-    const last = entries.length ? entries.reduce((f, h) => (h.g * -f.w > f.g * -h.w ? h : f)) : null;
-    const stays = (f) => f.w <= 0n || last.g * f.w < -f.g * -last.w;
-    if (last && last.g >= 0n && faces.every(stays)) ticks.push(last.g / -last.w);
+    if (0n < inside[0] && inside[0] <= inside[1]) ticks.push(inside[0] - 1n);
+  } else {
+    const [width, depth] = [whole(strip), ({ g, tt }) => signedSquare(g) * (product / tt)];
+    const product = faces.reduce((all, { tt }) => all * tt, 1n);
+    const deep = both(inside, ...faces.map(({ g, w, tt }) => below(g + rootAbove(width * width * tt + 1n) - 1n, w)));
+    const falls = faces.every((face) => face.w < 0n || faces.some((other) => depth(other) > depth(face)));
+    const visited = deep[0] <= deep[1] && (inside[0] > 0n || (falls && inside[1] > 0n));
+    ticks = visited ? [inside[0] > 0n ? inside[0] - 1n : 0n] : [];
   }
-  const tick = ticks.length ? ticks.reduce((one, other) => (other < one ? other : one)) : FAR;
+  const tick = ticks.reduce((one, other) => (other < one ? other : one), FAR);
   return tick < FAR ? since + tick : null;
 }
 
 const FAR = 1n << 62n;
+const EMPTY = [1n, 0n];
 const dot = ([x, y], [p, q]) => x * p + y * q;
 const less = ([x, y], [p, q]) => [x - p, y - q];
 const signedSquare = (a) => (a < 0n ? -a * a : a * a);
 const floorDivide = (a, b) => (a < 0n && a % b ? a / b - 1n : a / b);
 
-/** The root of m > 0, rounded up, by Newton's iteration from above. */
+/** The first and the last n, from 0 on, with c + b n < 0. */
+function below(c, b) {
+  if (b === 0n) return c < 0n ? [0n, FAR] : EMPTY;
+  return b < 0n ? [largest(floorDivide(c, -b) + 1n, 0n), FAR] : [0n, floorDivide(-c - 1n, b)];
+}
+
+/** The first and the last n, from 0 on, with c + 2 b n + a n^2 < 0. */
+function discBelow(c, b, a) {
+  const m = b * b - a * c;
+  if (a === 0n || m <= 0n) return EMPTY; // what rests does not fall, either
+  const root = rootAbove(m);
+  return [largest(floorDivide(-b - root, a) + 1n, 0n), -floorDivide(b - root, a) - 1n];
+}
+
+const largest = (a, b) => (a > b ? a : b);
+const both = (...runs) => runs.reduce(([a, b], [c, d]) => [largest(a, c), b < d ? b : d]);
+
+/** [n], n + 1 being the first in all runs; [] if there is none. */
+function first(...runs) {
+  const [low, high] = both([1n, FAR], ...runs);
+  return low <= high ? [low - 1n] : [];
+}
+
+/** The root of m, rounded up, by Newton's iteration from above. */
 function rootAbove(m) {
+  if (m === 0n) return 0n;
   let root = 1n << BigInt(2 * m.toString(16).length);
   for (let next = root - 1n; next < root; next = (root + m / root) >> 1n) root = next;
   return root * root < m ? root + 1n : root;
