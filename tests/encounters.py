@@ -15,7 +15,8 @@ from kinetile.kernel.certificates.plans import Axis, Plans
 from kinetile.kernel.certificates.wall import reaches
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
-from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, PairQuadratic, wall_tick
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation, wall_tick
+from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 
 FAR = 1 << 62
 ENCOUNTER = np.dtype(
@@ -94,12 +95,12 @@ def reached(table: Rows) -> list[int]:
 def true_answer(
     x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m=0, n=0, *sides
 ) -> list[int]:
-    """Return what ``answers`` must of a row: rules 5 and 11p of the specification."""
+    """Return what ``answers`` must of a row: rules 5 and 11 of the specification."""
     frame = Frame(sides or None, 1 - math.frexp(tick)[1] - UNIT_BITS, sides or (0.0, 0.0))
     one = FlightPlan(x, y, vx, vy, 0, radius, frame)
     two = FlightPlan(x2, y2, vx2, vy2, int(elapsed), radius2, frame)
-    pair = PairQuadratic(one, two, frame, (int(m), int(n)))
-    found = pair.tick(), pair.parting_tick()
+    pair = Separation(one, two, frame, (int(m), int(n)))
+    found = touching_tick(None, pair), parting_tick(None, pair, pair.since)
     touch, part = (NEVER if tick is None else tick - int(elapsed) for tick in found)
     return [touch, touch, part, touch]
 

@@ -26,9 +26,10 @@ from kinetile import Scene, Settings
 from kinetile.errors import KinetileError, SceneError
 from kinetile.instruments import WALLS, dumps_scene
 from kinetile.toolbox import Plan, positions_after
-from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, PairQuadratic, unit_bits
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
-from kinetile_accuracy.specification.shapes import Difference, contact
+from kinetile_accuracy.specification.shapes import Difference
+from kinetile_accuracy.specification.touching import touching_tick
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, outcome, told
 from kinetile_conformance.checks.check import JUDGED
 from kinetile_conformance.drawing import leave_out, minimised, reduced
@@ -481,13 +482,8 @@ def meeting(scene: Scene, by: float, before: float) -> float | None:
     places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)
     columns = np.column_stack([places, scene.velocity, by * scene.radius]).tolist()
     one, two = (FlightPlan(x, y, vx, vy, 0, radius, frame) for x, y, vx, vy, radius in columns)
-    pair = PairQuadratic(one, two)
-    if scene.shapes:
-        shapes = (scaled(scene.shapes[at], by) for at in scene.shape)
-        met = contact(Difference(*shapes), pair)
-        tick = met and met.tick
-    else:
-        tick = pair.tick()
+    shapes = [scaled(scene.shapes[at], by) for at in scene.shape] if scene.shapes else []
+    tick = touching_tick(Difference(*shapes) if shapes else None, Separation(one, two))
     return None if tick is None else math.ldexp(tick, -UNIT_BITS - bits) - before
 
 

@@ -20,7 +20,8 @@ from kinetile_accuracy import sections
 from kinetile_accuracy.drawing import LOOKS, legend_below, new_figure
 from kinetile_accuracy.hard_cases.families import FAMILIES, Family, Queries, Ticks
 from kinetile_accuracy.sections import Column, number
-from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, PairQuadratic
+from kinetile_accuracy.specification.arithmetic import UNIT_TICKS, FlightPlan, Separation
+from kinetile_accuracy.specification.touching import touching_tick
 
 COUNTS: dict[sections.Budget, int] = {"quick": 4_000, "normal": 20_000, "full": 100_000}
 KERNEL, TEXTBOOK = "kernel", "textbook"
@@ -109,7 +110,7 @@ def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
 def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> QueryRow:
     """Returns the row of the answers of a form to queries, compared with the exact ticks."""
     plans = queries.plans()
-    exact = [PairQuadratic(*pair).tick() for pair in plans]
+    exact = [touching_tick(None, Separation(*pair)) for pair in plans]
     answers = [None if tick == NEVER else tick for tick in ticks.tolist()]
     pairs = list(zip(answers, exact, strict=True))
     depths = [
@@ -134,11 +135,11 @@ def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> Quer
 def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, float]:
     """Returns how far two discs overlap once both are anchored at a tick, in R and in rho = 16 u X, X the
     largest coordinate of the flight, u = 2^-53; but for what they do at the later anchor."""
-    pair = PairQuadratic(*plans)
+    pair = Separation(*plans)
     places = [plan.moved(tick, 1.0 / UNIT_TICKS)[0] for plan in plans]
     coordinates = [*places[0], *places[1], *(each for plan in plans for each in (plan.x, plan.y))]
     with localcontext(prec=60):
-        reach, *start = (Decimal(whole) / (1 << pair.bits) for whole in (pair.reach, pair.dx, pair.dy))
+        reach, *start = (Decimal(whole) / (1 << pair.bits) for whole in (pair.reach, *pair.ways[0]))
         end = [Decimal(far) - Decimal(near) for near, far in zip(*places, strict=True)]
         before, after = ((x * x + y * y).sqrt() for x, y in (start, end))
         depth = max(min(before, reach) - after, Decimal(0))

@@ -13,9 +13,9 @@ from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import hook
 from kinetile.toolbox.differences import difference_row
-from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, PairQuadratic
-from kinetile_accuracy.specification.bent_shapes import bent_parting_tick, bent_tick
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Separation
 from kinetile_accuracy.specification.shapes import Difference
+from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 from lanes import first
 from two_forms import compiled
 
@@ -35,12 +35,13 @@ def ask(numbers, x, y, elapsed, met, since):
 def on_the_outline(rng: random.Random, m: Difference) -> tuple[float, float]:
     """Returns a place that is on the outline of a difference with its margin, but for rounding."""
     k = rng.randrange(len(m.corners))
-    (x, y), (x2, y2) = ([float(c) for c in m.corners[i]] for i in (k, k - 1))
+    (x, y), (x2, y2) = ([c / 2**m.bits for c in m.corners[i]] for i in (k, k - 1))
+    radius = m.radius / 2**m.bits
     part = rng.choice((0.0, 0.25, 0.5, 1.0, rng.random()))
     turn = 2.0 * math.pi * rng.choice((0.0, 0.25, 0.5, 0.75, rng.random()))
     place = x + (x2 - x) * part, y + (y2 - y) * part
     if m.radius:
-        place = place[0] + float(m.radius) * math.cos(turn), place[1] + float(m.radius) * math.sin(turn)
+        place = place[0] + radius * math.cos(turn), place[1] + radius * math.sin(turn)
     if rng.random() < 0.3:
         place = tuple(math.nextafter(each, rng.choice((-9.0, 9.0))) for each in place)
     return place[0], place[1]
@@ -75,8 +76,8 @@ def check(seed: int) -> tuple[int, int]:
         FlightPlan(x[k], y[k], x[k + 1], y[k + 1], anchor, 0.0, frame, pull=(x[k + 2], y[k + 2]))
         for k, anchor in ends
     ]
-    pair = PairQuadratic(*plans)
-    wanted = bent_tick(m, pair, met, elapsed + since), bent_parting_tick(m, pair, elapsed + since)
+    pair = Separation(*plans)
+    wanted = touching_tick(m, pair, met, elapsed + since), parting_tick(m, pair, elapsed + since)
     row = np.array(difference_row((one.core, one.radius), (two.core, two.radius)))
     answers = ask(row, *paths, elapsed, int(met), since)
     found = tuple(None if each == NEVER else int(each) + elapsed for each in answers)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from kinetile_accuracy.hard_cases.families import FAMILIES, LATER, TIED, Queries
-from kinetile_accuracy.specification.arithmetic import SPAN, FlightPlan, PairQuadratic
+from kinetile_accuracy.specification.arithmetic import SPAN, FlightPlan, Separation
+from kinetile_accuracy.specification.touching import touching_tick
 
 NAMES = [family.name for family in FAMILIES]
 COUNT = 240
@@ -20,9 +21,9 @@ def queries(name: str, count: int = COUNT) -> Queries:
 def misses(asked: Queries) -> list[Fraction]:
     """Return the square of the passing distance of each pair over that of the sum of radii, less 1."""
     found = []
-    for course in (PairQuadratic(*plans) for plans in asked.plans()):
-        cross = course.dx * course.vy - course.dy * course.vx
-        found.append(Fraction(cross * cross, course.a * course.reach**2) - 1)
+    for flight in (Separation(*plans) for plans in asked.plans()):
+        (dx, dy), (vx, vy), _ = flight.ways
+        found.append(Fraction((dx * vy - dy * vx) ** 2, (vx * vx + vy * vy) * flight.reach**2) - 1)
     return found
 
 
@@ -36,7 +37,7 @@ def test_it_is_drawn_the_same_each_time_and_has_what_it_takes(name: str) -> None
     assert asked.radius.shape == asked.anchor.shape == (COUNT, 2)
     assert (asked.radius > 0.0).all()
     assert np.isfinite(asked.position).all()
-    hits = sum(PairQuadratic(*plans).tick() is not None for plans in asked.plans())
+    hits = sum(touching_tick(None, Separation(*plans)) is not None for plans in asked.plans())
     assert hits > 0.25 * COUNT
     if name not in ("far apart", "simultaneous"):
         assert hits < 0.75 * COUNT
@@ -55,7 +56,7 @@ def test_a_quarter_is_tangent_and_the_others_are_within_an_ulp() -> None:
     assert 0.2 < (beyond == 0.0).mean() < 0.3
     assert 0.2 < (beyond > 0.0).mean() < 0.3
     assert 0.0 < np.abs(beyond).max() < 4.5 * 2.0**-53
-    met = [PairQuadratic(*plans).tick() is not None for plans in asked.plans()]
+    met = [touching_tick(None, Separation(*plans)) is not None for plans in asked.plans()]
     assert met == (beyond < 0.0).tolist()
 
 
@@ -78,8 +79,10 @@ def test_simultaneous_contacts_have_exactly_one_time() -> None:
 
 def exact_time(one: FlightPlan, two: FlightPlan) -> Decimal:
     """The time of contact in ticks, in 100 digits of 150."""
-    course = PairQuadratic(one, two)
+    flight = Separation(one, two)
+    (dx, dy), (vx, vy), _ = flight.ways
+    a, b, c = vx * vx + vy * vy, dx * vx + dy * vy, dx * dx + dy * dy - flight.reach**2
     with localcontext(prec=150) as digits:
-        time = course.since + (-course.b - Decimal(course.b**2 - course.a * course.c).sqrt()) / course.a
+        time = flight.since + (-b - Decimal(b * b - a * c).sqrt()) / a
         digits.prec = 100
         return +time

@@ -10,10 +10,11 @@ from kinetile_accuracy.specification.arithmetic import (
     HORIZON,
     FlightPlan,
     Frame,
-    PairQuadratic,
+    Separation,
     product_error,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds
+from kinetile_accuracy.specification.touching import touching_tick
 
 VECTORS = Path(__file__).parents[3] / "vectors" / "contacts"
 NAMES = sorted({path.stem for path in VECTORS.glob("*.json")} - {"extreme"})  # no scene holds those
@@ -30,7 +31,7 @@ def test_no_contact_is_before_its_bound_and_the_order_of_two_bodies_does_not_mat
             FlightPlan(x, y, vx, vy, int(words[5]), radius, frame)
             for (x, y, vx, vy, radius), words in zip(numbers, (one, two), strict=True)
         ]
-        assert PairQuadratic(*plans).tick() == PairQuadratic(*plans[::-1]).tick() == tick
+        assert [touching_tick(None, Separation(*order)) for order in (plans, plans[::-1])] == [tick, tick]
         since = max(each.anchor for each in plans)
         if since - min(each.anchor for each in plans) > HORIZON:
             continue  # one of them would have been anchored before

@@ -1,4 +1,4 @@
-"""The course of events: its bounds and its bars."""
+"""The course of events: its bounds, and who has just met."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def test_how_many_partners_have_a_bound_of_their_own_changes_nothing(
     assert events(scene, 300) == usual
 
 
-def test_bodies_that_are_barred_meet_again_only_with_another_plan() -> None:
+def test_two_have_just_met_until_one_has_another_plan() -> None:
     scene = kt.make_scene("grid", bodies=16, density=0.5)
     found = Course(scene)
     pairs = 0
@@ -36,10 +36,10 @@ def test_bodies_that_are_barred_meet_again_only_with_another_plan() -> None:
         found.carry_out()
         if event.b >= 0:
             pairs += 1
-            assert found.barred(event.a, event.b)
-            assert found.barred(event.b, event.a)
+            assert found.have_just_met(event.a, event.b)
+            assert found.have_just_met(event.b, event.a)
             others = set(range(len(scene))) - {event.b}
-            assert not any(found.barred(event.a, other) for other in others)
+            assert not any(found.have_just_met(event.a, other) for other in others)
 
 
 def test_without_bodies_nothing_happens() -> None:
