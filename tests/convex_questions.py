@@ -2,7 +2,6 @@
 
 import math
 import random
-from fractions import Fraction
 
 import numpy as np
 
@@ -15,7 +14,9 @@ from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import hook
 from kinetile.toolbox.differences import difference_row
-from kinetile_accuracy.specification.shapes import Difference, entry, exit_
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation
+from kinetile_accuracy.specification.shapes import Difference
+from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 from two_forms import compiled
 
 
@@ -90,9 +91,10 @@ class Question:
         axis = rng.randrange(6)  # so that some slide
         self.v = tuple(self.v2[i] if i == axis else self.v[i] for i in range(2))
         if rng.random() < 0.25:  # they touch: a place on a corner, or on a face, of the difference
-            corners = Difference(*self.shapes).corners
+            m = Difference(*self.shapes)
+            corners = [(x / 2**m.bits, y / 2**m.bits) for x, y in m.corners]
             k, part = rng.randrange(len(corners)), rng.choice((0.0, 0.0, 0.5, rng.random()))
-            p, q = (tuple(map(float, corners[(k + i) % len(corners)])) for i in (0, 1))
+            p, q = corners[k], corners[(k + 1) % len(corners)]
             self.elapsed = 0
             self.two = tuple(o + a + part * (b - a) for o, a, b in zip(self.one, p, q, strict=True))
             if sum(shape.radius for shape in self.shapes) and rng.random() < 0.7:
@@ -127,12 +129,13 @@ class Question:
         path += (*self.turns, *self.periods)
         return [*map(int, ask(alone, numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))]
 
-    def ticks_by_rationals(self) -> list[int]:
-        """Return the answers of rules 5s and 11s."""
-        q = Fraction(self.tick)
-        there = [Fraction(x) + Fraction(v) * self.elapsed * q for x, v in zip(self.one, self.v, strict=True)]
-        away = [Fraction(n) * Fraction(period) for n, period in zip(self.turns, self.periods, strict=True)]
-        d = tuple(Fraction(at) - place + far for at, place, far in zip(self.two, there, away, strict=True))
-        v = tuple((Fraction(w) - Fraction(v)) * q for v, w in zip(self.v, self.v2, strict=True))
-        found, wait = (rule(Difference(*self.shapes), d, v) for rule in (entry, exit_))
-        return [NEVER if found is None else found.tick, NEVER if wait is None else wait]
+    def ticks_by_the_rules(self) -> list[int]:
+        """Return the answers of rules 5s and 11s, in ticks after the later anchor."""
+        frame = Frame(None, 1 - math.frexp(self.tick)[1] - UNIT_BITS, self.periods)
+        plans = (
+            FlightPlan(*place, *velocity, anchor, 0.0, frame)
+            for place, velocity, anchor in ((self.one, self.v, 0), (self.two, self.v2, self.elapsed))
+        )
+        m, flight = Difference(*self.shapes), Separation(*plans, frame, tuple(map(int, self.turns)))
+        found = touching_tick(m, flight), parting_tick(m, flight, self.elapsed)
+        return [NEVER if tick is None else tick - self.elapsed for tick in found]

@@ -86,7 +86,7 @@ def test_all_lines_are_right(gas):
     assert json.loads(json.dumps(found.as_dict()))["right"] is True
     pair = int(np.flatnonzero(log["b"] >= 0)[20])
     index, why = wrong(scene, np.insert(log, pair, log[pair]))
-    assert (index, "these two are barred: they met at" in why) == (pair + 1, True)
+    assert (index, "these two have just met, at" in why) == (pair + 1, True)
 
 
 def test_a_list_may_be_a_beginning(gas):
@@ -143,7 +143,7 @@ FORGED = {
     "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; what comes next"),
     "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
     "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not that of its tick"),
-    "twice": (lambda log: np.insert(log, 40, log[39]), "these two are barred: they met at|the wall that"),
+    "twice": (lambda log: np.insert(log, 40, log[39]), "these two have just met, at|the wall that"),
     "another wall": (lambda log: with_field(log, "b", -4 if log["b"][40] != -4 else -1), "the wall that it"),
 }
 

@@ -1,32 +1,45 @@
-"""Rules of shapes in rationals, against what they mean: where a place is, and how far from the difference."""
+"""Rules of shapes in whole numbers, against what they mean: where a place is, and how far from the difference."""
 
 import json
-from fractions import Fraction
 from pathlib import Path
 
 import kinetile as kt
 from kinetile_accuracy.specification import shapes as rules
+from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Separation
+from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 
 
 def test_what_has_gone_by_is_not_met_again() -> None:
     m = rules.Difference(kt.capsule((0.0, 0.0), (8.0, 0.0), 0.5), kt.disc(0.5))
-    v = Fraction(1, 8), Fraction(-1, 64)
-    over = (Fraction(15, 2), Fraction(1)), v
-    assert rules.entry(m, *over) == rules.Contact(0, rules.Feature("face", 0))
-    left = tuple(x + 24 * w for x, w in zip(*over, strict=True)), v  # less than R above the line of the face
-    assert rules.entry(m, *left) is None
-    assert rules.exit_(m, *left) == 0
-    assert rules.exit_(m, *over) == 7
+    frame, v = Frame(None, -52), (1 / 8, -1 / 64)  # a tick is 1
+
+    def flight(x: float, y: float) -> Separation:
+        plans = FlightPlan(0.0, 0.0, 0.0, 0.0, 0, 0.5, frame), FlightPlan(x, y, *v, 0, 0.5, frame)
+        return Separation(*plans)
+
+    over, left = flight(7.5, 1.0), flight(7.5 + 24 * v[0], 1.0 + 24 * v[1])
+    assert touching_tick(m, over) == 0
+    assert touching_tick(m, left) is None  # less than R above the line of the face
+    assert parting_tick(m, left, 0) == 0
+    assert parting_tick(m, over, 0) == 7
 
 
 def test_faces_and_corners_have_numbers() -> None:
     m = rules.Difference(kt.box(1.0, 1.0), kt.polygon([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
-    assert m.corners == [(-1.5, -0.5), (-0.5, -1.5), (0.5, -1.5), (0.5, 0.5), (-1.5, 0.5)]
-    assert [face.normal for face in m.faces] == [(2, 0), (-1, 0), (-1, -1), (0, 2), (0, -1)]
+    one = 1 << m.bits
+    assert [(x / one, y / one) for x, y in m.corners] == [
+        (-1.5, -0.5),
+        (-0.5, -1.5),
+        (0.5, -1.5),
+        (0.5, 0.5),
+        (-1.5, 0.5),
+    ]
+    assert [(x / one, y / one) for _, _, (x, y) in m.faces] == [(2, 0), (-1, 0), (-1, -1), (0, 2), (0, -1)]
     line = rules.Difference(kt.capsule((0, 0), (2, 0), 1.0), kt.capsule((1, 0), (0, 0), 0.5))
-    assert line.corners == [(-1, 0), (2, 0)], "parallel faces are one"
-    assert [face.normal for face in line.faces] == [(0, 3), (0, -3)]
-    assert line.radius == 1.5
+    one = 1 << line.bits
+    assert line.corners == [(-one, 0), (2 * one, 0)], "parallel faces are one"
+    assert [face.normal for face in line.faces] == [(0, 3 * one), (0, -3 * one)]
+    assert line.radius == 1.5 * one
     assert rules.Difference(kt.disc(1.0), kt.disc(1.0)).faces == []
 
 
@@ -40,6 +53,6 @@ def test_sizes_are_those_of_the_vectors() -> None:
 
 def test_what_does_not_close_is_no_face_of_sharp_bodies() -> None:
     m = rules.Difference(kt.box(1.0, 1.0), kt.box(1.0, 1.0))
-    assert rules.normal_and_face(m, (1.0 + 2.0**-52, 1.0), (1.0, -1.0))[0] == (0.0, 1.0)
-    assert rules.normal_and_face(m, (1.0, 1.0), (-1.0, -1.0))[0] == (1.0, 0.0)
-    assert rules.normal_and_face(m, (1.0, 1.0), (0.0, 0.0))[0] == (1.0, 0.0)
+    assert rules.normal_and_face(m, (1.0 + 2.0**-52, 1.0), (1, -1))[0] == (0.0, 1.0)
+    assert rules.normal_and_face(m, (1.0, 1.0), (-1, -1))[0] == (1.0, 0.0)
+    assert rules.normal_and_face(m, (1.0, 1.0), (0, 0))[0] == (1.0, 0.0)
