@@ -1,4 +1,4 @@
-"""Rules of shapes in whole numbers, against what they mean: where a place is, and how far from the difference."""
+"""Rules of shapes: where a place is met, and left; faces, corners and sizes."""
 
 import json
 from pathlib import Path
