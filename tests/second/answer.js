@@ -4,17 +4,17 @@
 // rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, `shaped` whether not all is discs, an arena [W, H] or null, the periods
 // of x and y, null for an axis that is not periodic, a gravity, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
 
-import { bentPart, bentTouch, largest, leaveEnds } from "./bent.js";
-import { bentShapePart, bentShapeTouch } from "./bent_shapes.js";
-import { anchor, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
+import { anchor, largest, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
-import { FAR, firstTouch, imageTick, lastTouch, throughImage, wallTick } from "./contact.js";
-import { along, exchange, speedAlong } from "./exchange.js";
+import { exchange, speedAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
 import { offWall, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
-import { alongFace, difference, shapeGap, shapeNormal, shapePart, shapeTouch } from "./shapes.js";
+import { alongFace, difference, shapeGap, shapeNormal } from "./shapes.js";
+import { FAR } from "./signs.js";
+import { imageTick, partTick, throughImage, touchTick } from "./touching.js";
+import { leaveEnds, wallTick } from "./walls.js";
 
 const CLOCK = 1;
 const COMMAND = 2;
@@ -119,7 +119,7 @@ export class Run {
       const response = wallResponse(this.scene.responses, body.kind);
       const [until, held] = [body.plan, body.held];
       const plan = this.free(body);
-      const slow = this.bent && isSlow(response, wallSpeed(plan, wall));
+      const slow = isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
         const least = leastAtWall(response, until, wall, this.q);
         const off = offWall(plan, wall, response, this.share(response, body.last));
@@ -217,13 +217,12 @@ export class Run {
     const { a, b, response, met } = pair;
     const [untilA, untilB, held] = [a.plan, b.plan, new Map([a, b].map((body) => [body, body.held]))];
     const [nowA, nowB] = [this.present(a), this.present(b)];
-    const away = this.away(nowA, nowB, met);
-    const meeting = this.shaped ? shapeNormal(nowA, nowB, away, pair.M, this.q) : { normal: along(...away), face: null };
+    const meeting = shapeNormal(nowA, nowB, this.away(nowA, nowB, met), pair.M, this.q);
     const [planA, planB] = [this.free(a), this.free(b)];
     const { normal } = meeting;
     const C = a.last > b.last ? a.last : b.last;
     const speed = speedAlong(planA, planB, normal);
-    const slow = this.bent && isSlow(response, speed);
+    const slow = isSlow(response, speed);
     if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
       const k = this.share(response, C);
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
@@ -237,7 +236,7 @@ export class Run {
     }
     const counted = [a, b].filter(({ m }) => m < Infinity); // rule 11
     for (const body of counted.length ? counted : [a, b]) body.last = this.now;
-    pair.barred = met;
+    pair.justMet = met;
     this.predictPair(pair);
     this.freeFrom(a, untilA);
     this.freeFrom(b, untilB);
@@ -325,8 +324,7 @@ export class Run {
     const body = { number, r, m, shape, kind, plan: wrap(plan, this.scene.periods), pairs: [], met: null, last: -FAR, whole: [plan.ax, plan.ay], held: [], leaves: null };
     for (const other of this.bodies.values()) {
       const [a, b] = other.number < number ? [other, body] : [body, other];
-      const M = this.shaped ? difference(a.shape, b.shape) : null; // rule 5s
-      const pair = { a, b, M, response: pairResponse(this.scene.responses, a.kind, b.kind), met: null, barred: null, passings: [] };
+      const pair = { a, b, M: difference(a.shape, b.shape), response: pairResponse(this.scene.responses, a.kind, b.kind), met: null, justMet: null, passings: [] };
       for (const each of [a, b]) each.pairs.push(pair);
       this.pairs.add(pair);
     }
@@ -340,10 +338,10 @@ export class Run {
     return anchor(plan, this.now, this.q, this.scene.periods);
   }
 
-  /** Gives a body a new plan, which ends its bars. */
+  /** Gives a body a new plan, after which it has just met no other. */
   write(body, { x, y, vx, vy, A, kx, ky, ax, ay }) {
     body.plan = makePlan(x, y, vx, vy, A, kx, ky, ax, ay);
-    for (const pair of body.pairs) pair.barred = null;
+    for (const pair of body.pairs) pair.justMet = null;
     this.predict(body);
   }
 
@@ -375,28 +373,21 @@ export class Run {
   }
 
   /** The contact of two bodies, {tick, m, n} or null. */
-  meeting({ a, b, M, response, barred, passings: lasting }) {
-    const holding = [...a.held.filter(({ number }) => number === b.number), ...b.held.filter(({ number }) => number === a.number)];
-    const passings = [...lasting, ...holding.map(({ image }) => image)]; // through which there is no contact (rule 5r)
-    const isBarred = ({ m, n }) => barred !== null && barred.m === m && barred.n === n;
-    const bentOne = (course, q, image) => (this.shaped ? bentShapeTouch(course, M, q, isBarred(image), from) : bentTouch(course, q, isBarred(image), from));
-    const touch = this.bent ? bentOne : this.shaped ? (course, q) => shapeTouch(course, M, q)?.tick ?? null : firstTouch;
-    const from = response.name === "pass" ? this.now : -FAR;
+  meeting(pair) {
+    const { a, b, M, response, justMet, passings } = pair;
     if (this.shaped && a.m === Infinity && b.m === Infinity) return null; // rule 7s
-    if (this.periodic) {
-      return imageTick(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, barred && !this.bent ? [barred, ...passings] : passings, from, touch);
-    }
+    const holding = [...a.held.filter(({ number }) => number === b.number), ...b.held.filter(({ number }) => number === a.number)];
+    const leftOut = [...passings, ...holding.map(({ image }) => image)]; // rules 11 and 5r
+    const touch = (course, { m, n }) => touchTick(course, M, justMet?.m === m && justMet.n === n, response.name === "pass" ? this.now : course.s);
     const image = { m: 0n, n: 0n };
-    if ((barred && !this.bent) || passings.length) return null; // a bent plan may come back (rule 7a)
-    const tick = touch(this.seen({ a, b }, image), this.q, image);
-    return tick === null || tick < from ? null : { tick, ...image };
+    if (this.periodic) return imageTick(this.seen(pair, image), this.scene.periods, leftOut, touch);
+    const tick = leftOut.length ? null : touch(this.seen(pair, image), image);
+    return tick === null ? null : { tick, ...image };
   }
 
   /** The tick at which two bodies part that pass through an image. */
   parting(pair, image) {
-    const course = this.seen(pair, image);
-    if (this.bent) return this.shaped ? bentShapePart(course, pair.M, this.q, image.begun) : bentPart(course, this.q, image.begun);
-    return this.shaped ? shapePart(course, pair.M, this.q) : lastTouch(course, this.q);
+    return partTick(this.seen(pair, image), pair.M, image.begun);
   }
 
   /** How b flies as seen from a, through an image. */

@@ -4,45 +4,46 @@ import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { basename, join } from "node:path";
 
 import { entry, fingerprint, isContact, Run } from "./answer.js";
-import { bentTouch } from "./bent.js";
 import { anchor, makePlan, tickLength, tickOf, unit } from "./clock.js";
-import { pairTick, relative, wallTick } from "./contact.js";
 import { nearest } from "./exact.js";
 import { along, exchange } from "./exchange.js";
 import { readScene } from "./scene.js";
-import { difference, makeShape, shapeNormal, shapeTouch } from "./shapes.js";
+import { difference, makeShape, shapeNormal } from "./shapes.js";
+import { relative, touchTick } from "./touching.js";
+import { wallTick } from "./walls.js";
 
 const SHOWN = 5; // how many wrong answers are printed
 const RUNS = ["runs", "rules"]; // the folders of whole runs
+const ZERO = "0x0.0p+0";
 const HAPPENING = ["clock", "turn", "acceleration", "kind", "move", "wall", "pair", "insertion", "removal", "leaving", "begin", "end"];
 
 const velocity = ([vx, vy]) => ({ vx, vy });
 const moving = ([x, y, vx, vy]) => ({ x, y, vx, vy });
 const shapeOf = ([core, r]) => makeShape(core.map((corner) => corner.map(double)), double(r));
-const bentPlanOf = ([x, y, vx, vy, , anchor, ax, ay]) => makePlan(...[x, y, vx, vy].map(double), BigInt(anchor), 0n, 0n, double(ax), double(ay));
-const planOf = ([x, y, vx, vy], tick) => makePlan(double(x), double(y), double(vx), double(vy), BigInt(tick));
+const planOf = ([x, y, vx, vy], anchor, [ax = 0, ay = 0] = []) => makePlan(...[x, y, vx, vy].map(double), BigInt(anchor), 0n, 0n, ax, ay);
+const discOf = ([x, y, vx, vy, r, anchor, ...pull]) => ({ shape: shapeOf([[[ZERO, ZERO]], r]), plan: planOf([x, y, vx, vy], anchor, pull.map(double)) });
+const bodyOf = ([core, r, plan]) => ({ shape: shapeOf([core, r]), plan: planOf(plan, plan[4]) });
+
+function met(e, a, b, justMet = false) {
+  return touchTick(relative(a.plan, a.shape.size, b.plan, b.shape.size, tickLength(e)), difference(a.shape, b.shape), justMet)?.toString() ?? null;
+}
+
+function metWall(e, sides, { shape, plan }) {
+  const found = wallTick(plan, shape.sides, sides.map(double), tickLength(e));
+  return found && [found.tick.toString(), found.wall];
+}
 
 /** What is answered to a row, in the form of its last field; a list of answers where it is asked in several ways. */
 const ASK = {
-  contacts(e, one, two) {
-    const [q, plan1, plan2, r1, r2] = [tickLength(e), planOf(one, one[5]), planOf(two, two[5]), double(one[4]), double(two[4])];
-    return [pairTick(plan1, r1, plan2, r2, q), pairTick(plan2, r2, plan1, r1, q)].map((tick) => tick?.toString() ?? null);
+  contacts: (e, one, two) => ASK.bent_contacts(e, false, one, two),
+  walls: (e, sides, body) => [metWall(e, sides, discOf(body))],
+  bent_contacts(e, justMet, ...bodies) {
+    const [a, b] = bodies.map(discOf);
+    return [met(e, a, b, justMet), met(e, b, a, justMet)];
   },
-  walls(e, sides, body) {
-    const met = wallTick(planOf(body, body[5]), new Array(4).fill(double(body[4])), sides.map(double), tickLength(e));
-    return [met && [met.tick.toString(), met.wall]];
-  },
-  bent_contacts(e, met, one, two) {
-    const [q, plan1, plan2, r1, r2] = [tickLength(e), bentPlanOf(one), bentPlanOf(two), double(one[4]), double(two[4])];
-    const asked = [relative(plan1, r1, plan2, r2, q), relative(plan2, r2, plan1, r1, q)];
-    return asked.map((course) => bentTouch(course, q, met, course.s)?.toString() ?? null);
-  },
-  bent_walls(e, sides, body) {
-    const met = wallTick(bentPlanOf(body), new Array(4).fill(double(body[4])), sides.map(double), tickLength(e));
-    return [met && [met.tick.toString(), met.wall]];
-  },
+  bent_walls: (e, sides, body) => ASK.walls(e, sides, body),
   bent_places(e, plan, to) {
-    const { x, y, vx, vy } = anchor(bentPlanOf(plan), BigInt(to), tickLength(e));
+    const { x, y, vx, vy } = anchor(discOf(plan).plan, BigInt(to), tickLength(e));
     return [[x, y, vx, vy]];
   },
   exchanges(masses, a, b) {
@@ -58,18 +59,9 @@ const ASK = {
     const read = ([x, y, vx, vy, r]) => ({ x, y, vx, vy, r });
     return [unit({ arena: arena?.map(double), bodies: bodies.map((b) => read(b.map(double))), commands: turns.map((t) => velocity(t.map(double))) })];
   },
-  shapes(e, a, b) {
-    const [shapeA, shapeB] = [a, b].map(shapeOf);
-    const [planA, planB] = [a, b].map(([, , plan]) => planOf(plan, plan[4]));
-    const met = shapeTouch(relative(planA, 0, planB, 0, tickLength(e)), difference(shapeA, shapeB), tickLength(e));
-    const feature = met && ("face" in met ? ["face", met.face] : ["corner", met.corner]);
-    return [met && [met.tick.toString(), ...feature]];
-  },
+  shapes: (e, a, b) => [met(e, bodyOf(a), bodyOf(b))],
   shape_sizes: (core, r) => [shapeOf([core, r]).size],
-  shape_walls(e, sides, body) {
-    const met = wallTick(planOf(body[2], body[2][4]), shapeOf(body).sides, sides.map(double), tickLength(e));
-    return [met && [met.tick.toString(), met.wall]];
-  },
+  shape_walls: (e, sides, body) => [metWall(e, sides, bodyOf(body))],
   shape_exchanges(masses, a, b) {
     const [ma, mb] = masses ? masses.map(double) : [1, 1];
     const [planA, planB] = [moving(a[2].map(double)), moving(b[2].map(double))];

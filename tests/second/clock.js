@@ -1,7 +1,6 @@
 // Rules 3, 3a, 4 and 4a: ticks, and plans that are written down at them.
 
-import { largest } from "./bent.js";
-import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, subtract, whole } from "./exact.js";
+import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, square, subtract, whole } from "./exact.js";
 
 /** The e of a scene, whose unit of time is U = 2^-e. */
 export function unit({ bodies, commands, arena, unit: told = null, gravity = [0, 0] }) {
@@ -22,6 +21,11 @@ export function unit({ bodies, commands, arena, unit: told = null, gravity = [0,
   const c = (Math.sqrt(S) / L) * (1 - powerOfTwo(-20));
   while (e < 900 && !(c < powerOfTwo(e))) e += 1;
   return e;
+}
+
+/** The largest |ax| and |ay| of gravity, and of all bodies and commands (rule 3a). */
+export function largest(all, gravity) {
+  return ["ax", "ay"].map((key, axis) => Math.max(Math.abs(gravity[axis]), ...all.map((each) => Math.abs(each[key] ?? 0))));
 }
 
 /** The length of a tick, q = U * 2^-52, for U = 2^-e. */
@@ -75,6 +79,11 @@ export function velocityAt(plan, T, q) {
   const { vx, vy, ax, ay } = plan.exact;
   const time = multiply(whole(T - plan.A), exact(q));
   return [add(vx, multiply(ax, time)), add(vy, multiply(ay, time))];
+}
+
+/** How far a speed and an acceleration carry a body in n ticks: the first times n, and the second times n^2, exactly. */
+export function carried(speed, pull, q) {
+  return [multiply(speed, exact(q)), multiply({ n: 1n, e: -1 }, multiply(pull, square(exact(q))))];
 }
 
 /** The plan anchored at tick T. */

@@ -2,11 +2,16 @@
 //
 // A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, another kind that, a move x and y, an insertion all of these and what a body has.
 
-import { acceleration } from "./bent.js";
 import { tickOf } from "./clock.js";
 import { readKind } from "./responses.js";
 import { makeShape } from "./shapes.js";
 import { count, keys, mass, moment, number, pair, positive } from "./tables.js";
+
+/** The acceleration of a body: its own, or else that of gravity, or none if it is immovable. */
+export function acceleration({ own, m }, gravity) {
+  const [ax, ay] = own ?? (m === Infinity ? [0, 0] : gravity);
+  return { ax, ay };
+}
 
 /** The shape of a body: one of the scene's, or the disc of its radius. */
 export function bodyShape(table, shapes, m, name) {

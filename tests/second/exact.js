@@ -1,8 +1,8 @@
 // Rule 1: exact numbers.
 //
 // Every double is a whole number times a power of two, and sums, differences and products of such numbers are again such numbers. So an
-// exact number is {n, e}, worth n * 2^e, with n a BigInt and e an ordinary integer. Only quotients and roots leave this set, and of
-// those the rules ask but the floor: `floorQuotient` and `floorRoot` answer that with whole numbers.
+// exact number is {n, e}, worth n * 2^e, with n a BigInt and e an ordinary integer. Only quotients leave this set, and of those the
+// rules ask but a whole number near them. A vector is a pair of exact numbers.
 
 const FRACTION = (1n << 52n) - 1n;
 const view = new DataView(new ArrayBuffer(8));
@@ -24,6 +24,7 @@ export function whole(n) {
 }
 
 export function add(a, b) {
+  if (a.n === 0n || b.n === 0n) return a.n === 0n ? b : a;
   if (a.e === b.e) return { n: a.n + b.n, e: a.e };
   return a.e > b.e ? { n: at(a, b.e) + b.n, e: b.e } : { n: a.n + at(b, a.e), e: a.e };
 }
@@ -85,19 +86,12 @@ export function nearestQuotient(a, b) {
   return up * whole === twice + at(b, e) && up & 1n ? up - 1n : up;
 }
 
-/** floor((p - sqrt(d)) / a), for d >= 0 and a > 0. */
-export function floorRoot(p, d, a) {
-  const e = Math.min(p.e, a.e, Math.floor(d.e / 2));
-  const square = at(d, 2 * e);
-  let root = squareRoot(square);
-  if (root * root < square) root += 1n; // a whole number k has k a <= p - sqrt(d) when it has k a <= p - (sqrt(d) rounded up)
-  return floorDivide(at(p, e) - root, at(a, e));
+export function dot([x1, y1], [x2, y2]) {
+  return add(multiply(x1, x2), multiply(y1, y2));
 }
 
-/** floor((p + sqrt(d)) / a), for d >= 0 and a > 0. */
-export function floorLaterRoot(p, d, a) {
-  const e = Math.min(p.e, a.e, Math.floor(d.e / 2));
-  return floorDivide(at(p, e) + squareRoot(at(d, 2 * e)), at(a, e));
+export function less([x1, y1], [x2, y2]) {
+  return [subtract(x1, x2), subtract(y1, y2)];
 }
 
 /** The whole number that `a` is in units of 2^e, for e <= a.e. */
@@ -111,7 +105,7 @@ function floorDivide(a, b) {
 }
 
 /** floor(sqrt(n)), by Newton's iteration from above. */
-function squareRoot(n) {
+export function squareRoot(n) {
   if (n === 0n) return 0n;
   let root = 1n << BigInt((length(n) + 1) >> 1);
   for (;;) {

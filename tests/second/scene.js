@@ -1,7 +1,7 @@
-// Rules 2 and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
+// Rules 2, 2a and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
 
-import { acceleration, checkBent } from "./bent.js";
-import { bodyShape, readCommands, readTurn } from "./commands.js";
+import { largest } from "./clock.js";
+import { acceleration, bodyShape, readCommands, readTurn } from "./commands.js";
 import { lowestKind, readKind, readResponses } from "./responses.js";
 import { areDiscs, makeShape } from "./shapes.js";
 import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
@@ -51,7 +51,7 @@ export function readScene(tables) {
   }
   phases(tables["narrow-phases"], [shaped ? "convex" : "disc", ...(arena !== null && periodic !== "xy" ? ["wall"] : [])]);
   const scene = { bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end };
-  checkBent(scene);
+  checkAccelerations(scene);
   return scene;
 }
 
@@ -96,4 +96,16 @@ function phases(names, wanted) {
   if (names === undefined) return;
   if ([...list(names, "narrow-phases")].sort().join() === wanted.join()) return;
   throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and the walls where there are any.`);
+}
+
+/** Says what is wrong with a scene that has accelerations (rule 2a). */
+function checkAccelerations({ gravity, arena, periods, bodies, commands, until }) {
+  const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
+  const [Ax, Ay] = largest([...bodies, ...commands], gravity);
+  if (Ax === 0 && Ay === 0) return;
+  if (arena === null && until === null) throw new Error("A body is accelerated, and there is no arena, and no end.");
+  if ([Ax, Ay].some((most, axis) => most !== 0 && periods[axis] !== null)) throw new Error("A body is accelerated along a periodic axis.");
+  const massOf = (number) => bodies[number]?.m ?? every.find(({ body }) => body === number)?.m;
+  const isMoved = ({ m, body, ax, ay }) => (m ?? massOf(body)) === Infinity && (ax !== 0 || ay !== 0);
+  if ([...every, ...commands.filter(({ what }) => what === "acceleration")].some(isMoved)) throw new Error("A body of infinite mass is accelerated.");
 }

@@ -1,7 +1,7 @@
-// Rules 2s, 3s, 5s, 6s, 9s and 11s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
+// Rules 2s, 3s, 5s, 6s, 8r and 9s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
 
-import { add, compare, exact, floorLaterRoot, floorRoot, minus, multiply, nearest, sign, signedSquare, square, subtract } from "./exact.js";
-import { discriminant, dot, FAR, firstTouch } from "./contact.js";
+import { carried } from "./clock.js";
+import { add, compare, dot, exact, less, minus, multiply, nearest, sign, signedSquare, square, subtract } from "./exact.js";
 import { along } from "./exchange.js";
 
 const view = new DataView(new ArrayBuffer(8));
@@ -28,7 +28,7 @@ export function areDiscs(shapes) {
 
 /**
  * The difference M of two shapes: its corners and its faces, each in the order of their numbers, and R. A face has its corners p and next, its
- * way t, its normal n, and the normals of the faces before and after it.
+ * way t and its normal n.
  */
 export function difference(a, b) {
   const corners = hull(a.corners.flatMap((alpha) => b.corners.map((beta) => less(alpha, beta))));
@@ -37,105 +37,21 @@ export function difference(a, b) {
     const t = less(next, p);
     return { p, next, t, n: [t[1], minus(t[0])] };
   });
-  faces.forEach((face, i) => Object.assign(face, { before: faces.at(i - 1).n, after: faces[(i + 1) % faces.length].n }));
   faces.sort((f, g) => sign(cross(up(g.n), up(f.n))) || isUp(g.n) - isUp(f.n));
   const strip = exact(corners.length > 1 ? 2 ** -39 * (a.extent + b.extent) : 0);
   return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)), strip };
 }
 
-/** When and at which feature two bodies a < b meet, as `relative` has them, M being their difference: {tick, face} or {tick, corner}, or null. */
-export function shapeTouch({ s, d, v }, M, q) {
-  if (!reachesBeside(d, v, M, (x) => x) || !reachesBeside(d, v, M, minus)) return null;
-  const { faces, corners } = seen(d, v, M);
-  const near = nearestFeature(faces, corners, v);
-  if (isTouching(near, M.R)) return near.falls ? { tick: s, ...near.feature } : null;
-
-  // Of the members of the union that are entered, faces first, the first with the smallest tick.
-  const entered = faces.filter((face) => isEntered(face, v, M)).map(({ face, g, w, margin }) => {
-    const ticks = floorRoot(g, margin, multiply(minus(w), exact(q)));
-    return { tick: ticks < FAR ? s + ticks : null, face };
-  });
-  const rounded = corners.map(({ corner, d }) => ({ tick: firstTouch({ s, d, v, R: M.R }, q), corner }));
-  const met = [...entered, ...rounded].filter(({ tick }) => tick !== null);
-  return met.reduce((first, each) => (first === null || each.tick < first.tick ? each : first), null);
+/** The numbers of the faces of M with the largest g / |n| at a place. */
+export function nearestFaces(d, { faces }) {
+  const gaps = faces.map(({ p, n }) => ({ above: signedSquare(dot(n, less(d, p))), below: dot(n, n) }));
+  const isNearer = (one, other) => compare(multiply(one.above, other.below), multiply(other.above, one.below)) > 0;
+  return [...gaps.keys()].filter((i) => !gaps.some((gap) => isNearer(gap, gaps[i])));
 }
 
-/** Whether, on one side of the line of d, a point within R of M is farther from the line than the strip. */
-function reachesBeside(d, v, M, turned) {
-  const least = multiply(signedSquare(subtract(M.strip, M.R)), dot(v, v));
-  return M.corners.some((c) => compare(signedSquare(turned(cross(v, less(c, d)))), least) > 0);
-}
-
-/** The faces and corners of M as the body at d sees them. */
-function seen(d, v, M) {
-  const faces = M.faces.map(({ p, t, n, before, after }, face) => {
-    const [g, u, tt] = [dot(n, less(d, p)), dot(t, less(d, p)), dot(t, t)];
-    const over = sign(u) >= 0 && compare(u, tt) <= 0;
-    return { face, g, u, tt, over, w: dot(n, v), along: dot(t, v), margin: multiply(square(M.R), tt), before, after };
-  });
-  const corners = M.corners.map((c, corner) => ({ corner, d: less(d, c) }));
-  return { faces, corners };
-}
-
-/** The tick at which two bodies a < b part (rule 11s), as `relative` has them, or null. */
-export function shapePart({ s, d, v }, M, q) {
-  const { faces, corners } = seen(d, v, M);
-  const roots = corners.map((corner) => discriminant({ d: corner.d, v, R: M.R }));
-  const falls = faces.some((face) => isEntered(face, v, M)) || roots.some(({ B, D }) => sign(B) < 0 && sign(D) > 0);
-  if (!isTouching(nearestFeature(faces, corners, v), M.R) && !falls) return s;
-  if (sign(dot(v, v)) === 0) return null;
-  // It leaves M with its margin where it leaves a member of the union for the last time.
-  const left = faces.filter(isLeft).map(({ g, w, margin }) => floorLaterRoot(minus(g), margin, multiply(w, exact(q))));
-  const rounded = roots.filter(({ D }) => sign(D) >= 0).map(({ B, D, vv }) => floorLaterRoot(minus(B), D, multiply(vv, exact(q))));
-  const ticks = [...left, ...rounded].reduce((one, two) => (one > two ? one : two));
-  return ticks >= FAR ? null : s + ticks;
-}
-
-/** The nearest feature; the distance from it, squared with its sign, as a quotient; and whether the distance falls. */
-function nearestFeature(faces, corners, v) {
-  const isFlat = faces.length === 2;
-  if (faces.length && faces.every(({ g, over }) => sign(g) <= 0 && (over || !isFlat))) {
-    const deeper = (f, h) => compare(multiply(signedSquare(f.g), h.tt), multiply(signedSquare(h.g), f.tt)); // g / |n|, squared
-    const largest = faces.filter((face) => faces.every((other) => deeper(face, other) >= 0));
-    const { face, g, tt } = largest[0];
-    return { feature: { face }, distance: [signedSquare(g), tt], falls: largest.every(({ w }) => sign(w) < 0) };
-  }
-  const face = faces.find(({ g, over }) => over && sign(g) > 0);
-  if (face) return { feature: { face: face.face }, distance: [square(face.g), face.tt], falls: sign(face.w) < 0 };
-  const { corner, d } = corners.reduce((a, b) => (compare(dot(b.d, b.d), dot(a.d, a.d)) < 0 ? b : a));
-  return { feature: { corner }, distance: [dot(d, d), exact(1)], falls: sign(dot(d, v)) < 0 };
-}
-
-function isTouching({ distance: [above, below] }, R) {
-  return compare(above, multiply(square(R), below)) <= 0;
-}
-
-/** Whether g grows to R |n| at a time when the body is over the face. */
-function isLeft({ g, u, tt, w, along, margin }) {
-  if (sign(w) <= 0) return false;
-  const A = subtract(multiply(u, w), multiply(along, g)); // there u is (A + along sqrt(margin)) / w
-  const root = minus(multiply(signedSquare(along), margin));
-  return compare(signedSquare(A), root) >= 0 && compare(signedSquare(subtract(A, multiply(tt, w))), root) <= 0;
-}
-
-/** Whether g falls to R |n| after s where the body is over the face, and sigma falls there. */
-function isEntered({ g, u, tt, w, along, margin, before, after }, v, M) {
-  if (sign(w) >= 0 || sign(g) <= 0 || compare(square(g), margin) <= 0) return false;
-  // There u is (A - along sqrt(margin)) / -w.
-  const A = add(multiply(u, minus(w)), multiply(along, g));
-  const root = multiply(signedSquare(along), margin);
-  const low = compare(signedSquare(A), root);
-  const high = compare(signedSquare(subtract(A, multiply(tt, minus(w)))), root);
-  if (low < 0 || high > 0) return false;
-  if (sign(M.R) > 0) return true;
-  // Without a margin, it may pass through a corner along the face beside, or out of it; and there is no inside of a line.
-  return M.corners.length > 2 && (low > 0 || sign(dot(before, v)) < 0) && (high < 0 || sign(dot(after, v)) < 0);
-}
-
-/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored, and its face, if it is that of one: rules 9s and 9t. */
-export function shapeNormal(a, b, [dx, dy], M, q = 0) {
-  // How far a body flies in a tick, in ticks.
-  const flown = ({ vx, vy, ax = 0, ay = 0 }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(exact(speed), multiply(exact(pull), exact(q / 2))));
+/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored, and its face, if it is that of one (rule 9s). */
+export function shapeNormal(a, b, [dx, dy], M, q = 1) {
+  const flown = ({ vx, vy, ax = 0, ay = 0 }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(...carried(exact(speed), exact(pull), q))); // in a tick
   const v = less(flown(b), flown(a));
   const approaching = sign(M.R) === 0 ? M.faces.filter(({ n }) => sign(dot(n, v)) < 0) : [];
   const { way, normal, face } = rounded([dx, dy], M, approaching.length ? approaching : M.faces);
@@ -199,10 +115,6 @@ function step(double, by) {
   view.setFloat64(0, double);
   view.setBigInt64(0, view.getBigInt64(0) + by);
   return view.getFloat64(0);
-}
-
-export function less([x1, y1], [x2, y2]) {
-  return [subtract(x1, x2), subtract(y1, y2)];
 }
 
 function cross([x1, y1], [x2, y2]) {

@@ -138,9 +138,10 @@ def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int 
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(1, range(40)))
-def test_it_plays_a_game_as_kinetile_does(seed: int, tmp_path: Path) -> None:
-    assert second_agrees(games.draw_game(seed), tmp_path)
+@pytest.mark.parametrize("draw", [games.draw_game, games.draw_game_of_shapes])
+@pytest.mark.parametrize("seed", first(1, range(30)))
+def test_it_plays_a_game_as_kinetile_does(draw: Callable[[int], kt.Scene], seed: int, tmp_path: Path) -> None:
+    assert second_agrees(draw(seed), tmp_path)
 
 
 @pytest.mark.small
@@ -160,16 +161,12 @@ def test_a_game_is_one_in_both_and_under_another_phase_and_is_certified(
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("seed", first(1, range(20)))
-def test_it_plays_a_game_of_shapes_as_kinetile_does(seed: int, tmp_path: Path) -> None:
-    assert second_agrees(games.draw_game_of_shapes(seed), tmp_path)
-
-
-@pytest.mark.small
 @pytest.mark.parametrize(
     ("seed", "most"), first(1, [*((seed, 20) for seed in (1, 3, 4, 8)), *((seed, FEW) for seed in range(40))])
 )
-def test_a_bent_game_of_shapes_is_one_in_both_and_by_the_rules(seed: int, most: int, tmp_path: Path) -> None:
+def test_a_game_of_accelerated_shapes_is_one_in_both_and_by_the_rules(
+    seed: int, most: int, tmp_path: Path
+) -> None:
     game = games.draw_bent_game_of_shapes(seed)
     rows, _, fingerprint = second_list(game_tables(game, tmp_path), tmp_path, most)
     ticks = [((epoch << 52) + tick, a, b) for epoch, tick, a, b in rows]
