@@ -1,21 +1,23 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
-An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``, the second disc seen m and n periods
-away. A family is a function of a generator and a count that returns that many rows. The families of
-``kinetile_accuracy.hard_cases`` are compared in ``test_queries.py`` there.
+An encounter is a row of ``ENCOUNTER``: the arguments of ``touch``, the second disc seen m and n periods away,
+with and without accelerations. A family is a function of a generator and a count that returns that many rows.
+The families of ``kinetile_accuracy.hard_cases`` are compared in ``test_queries.py`` there.
 """
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 
-from kinetile.kernel.certificates.contact import first_touch, last_touch, look_closer, touch_about
+from kinetile.kernel.certificates.discs import accelerated_touch_about, closely, parting, touch, touch_about
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.certificates.wall import reaches
+from kinetile.kernel.certificates.walls import reaches
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
-from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation, wall_tick
+from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation
+from kinetile_accuracy.specification.signs import first_fall
 from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 
 FAR = 1 << 62
@@ -23,7 +25,8 @@ ENCOUNTER = np.dtype(
     [(name, "f8") for name in ("x", "y", "vx", "vy")]
     + [("elapsed", "i8")]
     + [(name, "f8") for name in ("x2", "y2", "vx2", "vy2", "radius", "radius2", "tick")]
-    + [(name, "f8") for name in ("m", "n", "width", "height")]
+    + [(name, "f8") for name in ("m", "n", "width", "height", "ax", "ay", "ax2", "ay2")]
+    + [("since", "i8")]
 )
 Rng = np.random.Generator
 Rows = np.ndarray
@@ -45,8 +48,8 @@ else:
 def plans(row):
     """Return the plans of a row of encounters."""
     return Plans(
-        Axis(row.x, row.vx, row.x2, row.vx2, row.m, row.width),
-        Axis(row.y, row.vy, row.y2, row.vy2, row.n, row.height),
+        Axis(row.x, row.vx, row.ax, row.x2, row.vx2, row.ax2, row.m, row.width, 0.0, 0.0),
+        Axis(row.y, row.vy, row.ay, row.y2, row.vy2, row.ay2, row.n, row.height, 0.0, 0.0),
         row.elapsed,
         row.tick,
         1.0 / row.tick,
@@ -55,29 +58,34 @@ def plans(row):
 
 @compiled
 def answer_all(table, found):
-    """Write what ``first_touch``, ``look_closer``, ``last_touch`` and ``touch_about`` return for each row,
-    the last from a guess that is earlier, by a tick or by half of all time."""
+    """Write for each row when the two touch, from ``since`` on, by all stages and without the first two; when
+    they touch if they have just met; when they part; and again when they touch, from two guesses."""
     for i in range(len(table)):
         row = table[i]
-        found[i, 0] = first_touch(plans(row), row.radius, row.radius2)
-        found[i, 1] = look_closer(plans(row), row.radius, row.radius2)
-        found[i, 2] = last_touch(plans(row), row.radius, row.radius2)
-        guess = min(found[i, 0], FAR) - (1 << (i % 61))
-        found[i, 3] = touch_about(plans(row), row.radius, row.radius2, max(guess, 0))
+        both = plans(row)
+        found[i, 0] = touch(both, row.radius, row.radius2, 0, -1, row.since)
+        found[i, 1] = closely(both, row.radius, row.radius2, 1, 0, -1, row.since)
+        found[i, 2] = touch(both, row.radius, row.radius2, 1, -1, 0)
+        found[i, 3] = parting(both, row.radius, row.radius2, row.since)
+        for k in range(2):
+            guess = max(min(found[i, 0], FAR) - (1 << (i % 61)), -k) if k == 0 else 1 << (i % 62)
+            if row.ax == 0.0 and row.ax2 == 0.0 and row.ay == 0.0 and row.ay2 == 0.0 and row.since == 0:
+                found[i, 4 + k] = touch_about(both, row.radius, row.radius2, guess)
+            else:
+                found[i, 4 + k] = accelerated_touch_about(both, row.radius, row.radius2, 0, guess, row.since)
 
 
 @compiled
 def reach_all(table, found):
-    """Write what ``reaches`` returns for each row: far, near, radius, speed, tick."""
+    """Write what ``reaches`` returns for each row: far, near, radius, slope, pull, tick."""
     for i in range(len(table)):
-        far, near, radius, speed, tick = table[i]
-        found[i] = reaches(far, near, radius, speed, tick, 1.0 / tick)
+        far, near, radius, slope, pull, tick = table[i]
+        found[i] = reaches(far, near, radius, slope, pull, tick, 1.0 / tick)
 
 
 def answers(table: Rows) -> list[list[int]]:
-    """Return of each row the ticks at which the discs touch, by all stages and by all but the first, at which
-    they part, and again at which they touch, from a guess."""
-    found = np.zeros((len(table), 4), dtype=np.int64)
+    """Return of each row what ``answer_all`` writes."""
+    found = np.zeros((len(table), 6), dtype=np.int64)
     answer_all(table.view(np.recarray), found)
     return found.tolist()
 
@@ -92,24 +100,41 @@ def reached(table: Rows) -> list[int]:
     return found.tolist()
 
 
-def true_answer(
-    x, y, vx, vy, elapsed, x2, y2, vx2, vy2, radius, radius2, tick, m=0, n=0, *sides
-) -> list[int]:
-    """Return what ``answers`` must of a row: rules 5 and 11 of the specification."""
-    frame = Frame(sides or None, 1 - math.frexp(tick)[1] - UNIT_BITS, sides or (0.0, 0.0))
-    one = FlightPlan(x, y, vx, vy, 0, radius, frame)
-    two = FlightPlan(x2, y2, vx2, vy2, int(elapsed), radius2, frame)
-    pair = Separation(one, two, frame, (int(m), int(n)))
-    found = touching_tick(None, pair), parting_tick(None, pair, pair.since)
-    touch, part = (NEVER if tick is None else tick - int(elapsed) for tick in found)
-    return [touch, touch, part, touch]
+def true_answer(row: np.void) -> list[int]:
+    """Return what ``answers`` must of a row: rules 5, 7 and 11 of the specification."""
+    of = dict(zip(ENCOUNTER.names, row.tolist(), strict=True))
+    sides = of["width"], of["height"]
+    frame = Frame(sides, 1 - math.frexp(of["tick"])[1] - UNIT_BITS, sides)
+    one, two = (
+        FlightPlan(
+            of["x" + n], of["y" + n], of["vx" + n], of["vy" + n], at, of["radius" + n], frame, pull=pull
+        )
+        for n, at, pull in (
+            ("", 0, (of["ax"], of["ay"])),
+            ("2", of["elapsed"], (of["ax2"], of["ay2"])),
+        )
+    )
+    pair = Separation(one, two, frame, (int(of["m"]), int(of["n"])))
+    since = of["elapsed"] + of["since"]
+    found = touching_tick(None, pair, False, since), touching_tick(None, pair, True)
+    touch, again, part = (
+        NEVER if tick is None else tick - of["elapsed"] for tick in (*found, parting_tick(None, pair, since))
+    )
+    return [touch, touch, again, part, touch, touch]
 
 
-def true_reach(far: float, near: float, radius: float, speed: float, tick: float) -> int:
+def true_reach(far: float, near: float, radius: float, slope: float, pull: float, tick: float) -> int:
     """Return what ``reaches`` must: rule 6 of the specification."""
-    frame = Frame((far, far), 1 - math.frexp(tick)[1] - UNIT_BITS)
-    found = wall_tick(FlightPlan(near, 0.0, speed, 0.0, 0, radius, frame), frame)
-    return NEVER if found is None else found[0]
+    numbers = map(Fraction, (far, near, radius, slope, pull, tick))
+    far, near, radius, slope, pull, tick = numbers
+    found = first_fall(whole([far - near - radius, slope * tick, pull * tick * tick / 2]))
+    return NEVER if found is None else found
+
+
+def whole(p: list[Fraction]) -> list[int]:
+    """Return a polynomial times a number that makes it whole."""
+    common = math.lcm(*(each.denominator for each in p))
+    return [int(each * common) for each in p]
 
 
 def rows(n: int, /, **columns) -> Rows:
@@ -123,7 +148,7 @@ def rows(n: int, /, **columns) -> Rows:
 def mirrored(table: Rows) -> Rows:
     """Return the same encounters with the bodies in the other order; only where the anchors are one."""
     other = table.copy()
-    for name in ("x", "y", "vx", "vy"):
+    for name in ("x", "y", "vx", "vy", "ax", "ay"):
         other[name], other[name + "2"] = table[name + "2"], table[name]
     other["radius"], other["radius2"] = table["radius2"], table["radius"]
     other["m"], other["n"] = -table["m"], -table["n"]
@@ -303,8 +328,168 @@ def images(rng: Rng, n: int) -> Rows:
     )
 
 
+PLAN = ("x", "v", "a", "x2", "v2", "a2")
+
+
+def of(axis: str, name: str) -> str:
+    """Return the column of a place, velocity, acceleration, number of periods or period along an axis."""
+    named = {"x": axis, "x2": axis + "2", "turns": "mn"["xy".index(axis)]}
+    named["period"] = ("width", "height")["xy".index(axis)]
+    return named.get(name, name[0] + axis + name[1:])
+
+
+def bent_gas(rng: Rng, n: int) -> np.ndarray:
+    """Returns pairs of discs near each other, each with an acceleration."""
+    table = rows(n)
+    table["tick"] = 2.0**-52
+    for axis in "xy":
+        table[of(axis, "x")] = rng.uniform(0.0, 1.0, n)
+        table[of(axis, "x2")] = table[of(axis, "x")] + rng.uniform(-0.2, 0.2, n)
+        for name in ("v", "a", "v2", "a2"):
+            table[of(axis, name)] = rng.normal(size=n)
+    table["radius"], table["radius2"] = rng.uniform(0.005, 0.1, (2, n))
+    table["elapsed"] = (2.0 ** rng.uniform(0.0, 52.0, n)).astype(np.int64) * rng.integers(0, 2, n)
+    return backed(table)
+
+
+def backed(table: np.ndarray) -> np.ndarray:
+    """Puts the first discs back to where they came from, some ``elapsed`` ticks ago."""
+    time = table["elapsed"] * table["tick"]
+    for axis in "xy":
+        table[of(axis, "v")] -= table[of(axis, "a")] * time
+        table[of(axis, "x")] -= (table[of(axis, "v")] + 0.5 * table[of(axis, "a")] * time) * time
+    return table
+
+
+def equal(rng: Rng, n: int) -> np.ndarray:
+    table = bent_gas(rng, n)
+    for axis in "xy":
+        table[of(axis, "a2")] = table[of(axis, "a")]
+    return table
+
+
+def immovable(rng: Rng, n: int) -> np.ndarray:
+    table = bent_gas(rng, n)
+    which = "2" if rng.random() < 0.5 else ""
+    for axis in "xy":
+        table[of(axis, "v" + which)] = table[of(axis, "a" + which)] = 0.0
+    return backed(table)
+
+
+def bent_lattice(rng: Rng, n: int) -> np.ndarray:
+    """Returns dyadic numbers: roots of Q and of its derivatives at whole ticks, and several at once."""
+    table = bent_gas(rng, n)
+    for axis in "xy":
+        for name, most, size in zip(PLAN, (8, 4, 2) * 2, (0.25, 0.5, 1.0) * 2, strict=True):
+            table[of(axis, name)] = rng.integers(-most, most + 1, n) * size * (rng.random(n) < 0.7)
+    table["elapsed"] = rng.integers(0, 5, n) << rng.choice([0, 50], n)
+    table["radius"], table["radius2"] = rng.choice([0.125, 0.25, 0.5], (2, n))
+    table["tick"] = rng.choice([2.0**-52, 2.0**-60, 2.0**-53], n)
+    return table
+
+
+def bent_coarse(rng: Rng, n: int) -> np.ndarray:
+    """Returns discs of the lattice at speeds that make ticks long: all happens within a few of them."""
+    table = bent_lattice(rng, n)
+    size = rng.integers(48, 56, n)
+    for axis in "xy":
+        for name in ("v", "v2"):
+            table[of(axis, name)] = np.ldexp(table[of(axis, name)], size)
+        for name in ("a", "a2"):
+            table[of(axis, name)] = np.ldexp(table[of(axis, name)], 2 * size)
+    table["elapsed"] = rng.integers(0, 5, n)
+    return table
+
+
+def bent_graze(rng: Rng, n: int) -> np.ndarray:
+    """Returns paths that come as near as the radii and no nearer, but for last bits."""
+    table = [bent_gas, equal, immovable, under_way][rng.integers(0, 4)](rng, n)
+    time = table["elapsed"] * table["tick"]
+    t = rng.uniform(0.0, 1.0, n)
+    for _ in range(12):
+        d, v, b = (np.zeros((2, n)) for _ in range(3))
+        for i, axis in enumerate("xy"):
+            x, v1, a, x2, v2, a2 = (table[of(axis, name)] for name in PLAN)
+            b[i] = a2 - a
+            v[i] = v2 - v1 - a * time + b[i] * t
+            d[i] = (x2 - x - (v1 + 0.5 * a * time) * time) + (v[i] - 0.5 * b[i] * t) * t
+        bend = (v * v + d * b).sum(axis=0)
+        t = np.maximum(t - np.clip((d * v).sum(axis=0) / np.where(bend == 0.0, 1.0, bend), -0.3, 0.3), 0.0)
+    table["radius"] = np.hypot(*d) - table["radius2"]
+    table["radius"] += np.spacing(table["radius"]) * rng.integers(-3, 4, n)
+    table["radius"] = np.maximum(table["radius"], 1e-9)
+    return table
+
+
+def resting(rng: Rng, n: int) -> np.ndarray:
+    """Returns pairs that touch but for last bits, hardly move, and fall together, or slide."""
+    table = [bent_gas, bent_lattice][rng.integers(0, 2)](rng, n)
+    table["elapsed"] = 0
+    table["radius"], table["radius2"] = 0.25, rng.choice([0.25, 0.1], n)
+    reach = table["radius"] + table["radius2"]
+    angle = rng.integers(0, 8, n) * np.pi / 4 + rng.choice([0.0, 0.3], n)
+    size = rng.choice([0.0, 2.0**-60, 2.0**-53, 1e-9, 1.0], n)
+    for axis, way in (("x", np.cos(angle)), ("y", np.sin(angle))):
+        table[of(axis, "x2")] = table[of(axis, "x")] + way * reach
+        table[of(axis, "x2")] += np.spacing(table[of(axis, "x2")]) * rng.integers(-1, 2, n)
+        table[of(axis, "v2")] = table[of(axis, "v")] + way * size * rng.choice([1.0, -1.0, 0.1], n)
+        table[of(axis, "a2")] = np.where(
+            rng.random(n) < 0.5, table[of(axis, "a")] - way, table[of(axis, "a2")]
+        )
+    return table
+
+
+def under_way(rng: Rng, n: int) -> np.ndarray:
+    """Returns pairs of which one was anchored up to 2^60 ticks ago."""
+    table = bent_gas(rng, n)
+    table["tick"] = 2.0 ** rng.choice([-52.0, -60.0], n)
+    table["elapsed"] = (2.0 ** rng.uniform(50.0, 60.0, n)).astype(np.int64) + rng.integers(0, 1 << 20, n)
+    return backed(table)
+
+
+def unlike(rng: Rng, n: int) -> np.ndarray:
+    """Returns pairs with ratios of up to 10^6 between their radii, speeds and accelerations."""
+    table = [bent_gas, equal][rng.integers(0, 2)](rng, n)
+    table["radius"] *= 10.0 ** rng.uniform(-6.0, 6.0, n)
+    for axis in "xy":
+        for name in ("x2", "v", "a"):
+            table[of(axis, name)] *= 10.0 ** rng.uniform(-6.0, 6.0, n)
+    return table
+
+
+def bent_anything(rng: Rng, n: int) -> np.ndarray:
+    """Returns pairs with numbers of any size that a scene may have, and ticks of any length."""
+
+    def number() -> np.ndarray:
+        size = np.where(rng.random(n) < 0.3, rng.integers(-199, 200, n), rng.integers(-40, 41, n))
+        value = np.ldexp(rng.uniform(0.5, 1.0, n) * rng.choice([-1.0, 1.0], n), size)
+        return np.where(rng.random(n) < 0.2, 0.0, value)
+
+    table = rows(n)
+    for axis in "xy":
+        for name in PLAN:
+            table[of(axis, name)] = number()
+        table[of(axis, "period")] = np.abs(number()) * rng.integers(0, 2, n)
+        table[of(axis, "turns")] = rng.integers(-(1 << 31), (1 << 31) + 1, n)
+    table["radius"], table["radius2"] = np.abs(number()), np.abs(number())
+    table["elapsed"] = (2.0 ** rng.uniform(0.0, 62.0, n)).astype(np.int64) * rng.integers(0, 2, n)
+    table["tick"] = np.ldexp(1.0, np.where(rng.random(n) < 0.5, -52, rng.integers(-952, -51, n)))
+    return table
+
+
+def bent_images(rng: Rng, n: int) -> np.ndarray:
+    """Returns pairs of which the second is seen up to 2^31 periods further on."""
+    table = [bent_gas, equal, bent_lattice, bent_graze, resting, under_way][rng.integers(0, 6)](rng, n)
+    for axis in "xy":
+        turns = np.trunc(2.0 ** rng.uniform(0.0, 31.0, n)) * rng.integers(-1, 2, n)
+        period = rng.choice([0.0, 0.7, 1.0, 3.0, 2.0**-20], n)
+        table[of(axis, "turns")], table[of(axis, "period")] = turns, period
+        table[of(axis, "x2")] -= turns * period
+    return table
+
+
 def walls(rng: Rng, n: int) -> Rows:
-    """Return rows of (far, near, radius, speed, tick): of a box, of a lattice, at ticks, touching, and of
+    """Return rows of (far, near, radius, slope, 0, tick): of a box, of a lattice, at ticks, touching, and of
     any size."""
     kind = rng.integers(0, 5, n)
     far = rng.uniform(0.0, 1.0, n)
@@ -324,11 +509,7 @@ def walls(rng: Rng, n: int) -> Rows:
     made[kind == 4, :4] = np.ldexp(rng.uniform(0.5, 1.0, (n, 4)), sizes)[kind == 4]
     made[kind == 4, 4] = np.ldexp(1.0, rng.integers(-952, -51, n))[kind == 4]
     made[:, 2] = np.maximum(made[:, 2], 5e-324)
-    return made
-
-
-def true_reaches(table: Rows) -> list[int]:
-    return [true_reach(*row) for row in table.tolist()]
+    return np.column_stack([made[:, :3], -made[:, 3], np.zeros(n), made[:, 4]])
 
 
 FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
@@ -344,7 +525,23 @@ FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
     "at ticks": at_ticks,
     "images": images,
 }
+FAMILIES |= {
+    each.__name__: each
+    for each in (
+        bent_gas,
+        equal,
+        immovable,
+        bent_lattice,
+        bent_coarse,
+        bent_graze,
+        resting,
+        under_way,
+        unlike,
+        bent_anything,
+        bent_images,
+    )
+}
 
 
 def true_answers(table: Rows) -> list[list[int]]:
-    return [true_answer(*row) for row in table.tolist()]
+    return [true_answer(row) for row in table]

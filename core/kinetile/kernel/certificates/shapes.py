@@ -881,6 +881,30 @@ def first_within(f: Numbers, w: Course, start: int) -> int:
     return found
 
 
+@subroutine
+def enters_by_measures(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
+    """Return what ``enters`` does, of a difference that is no point."""
+    w = course_of(row, plans)
+    start = since
+    if met > 0:
+        start = larger(start, counts_after(f, w))
+    if start >= LIMIT:
+        return NEVER
+    return first_visit(f, w, start) if f[row + RADIUS] == 0.0 else first_within(f, w, start)
+
+
+@subroutine
+def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
+    """Return what ``leaves`` does, of a difference that is no point."""
+    w = course_of(row, plans)
+    if f[row + RADIUS] > 0.0:
+        return across_any(f, w, -1, since)
+    found = NEVER
+    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+        found = smaller(found, across_face(f, w, face, -1, 0, since))
+    return int(found)
+
+
 @apart
 def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
     """Return how many ticks after the later anchor two convex bodies touch, from ``since`` on, or ``NEVER``;
@@ -900,13 +924,7 @@ def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
         found = enters_surely(f, row, plans)
         if found >= since:
             return found
-    w = course_of(row, plans)
-    start = since
-    if met > 0:
-        start = larger(start, counts_after(f, w))
-    if start >= LIMIT:
-        return NEVER
-    return first_visit(f, w, start) if f[row + RADIUS] == 0.0 else first_within(f, w, start)
+    return enters_by_measures(f, row, plans, met, since)
 
 
 @apart
@@ -922,13 +940,7 @@ def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
         found = leaves_surely(f, row, plans)
         if found >= since:
             return found
-    w = course_of(row, plans)
-    if f[row + RADIUS] > 0.0:
-        return across_any(f, w, -1, since)
-    found = NEVER
-    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
-        found = smaller(found, across_face(f, w, face, -1, 0, since))
-    return int(found)
+    return leaves_by_measures(f, row, plans, since)
 
 
 @apart

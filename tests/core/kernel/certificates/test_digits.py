@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinetile.kernel.certificates.integers import CELLS, LIMB, ZERO, add_product, carry, put, put_count, room
+from kinetile.kernel.certificates.digits import CELLS, LIMB, ZERO, add_product, carry, put, put_count, room
 
 pytestmark = pytest.mark.small
 
