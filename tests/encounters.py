@@ -1,6 +1,6 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
-An encounter is a row of ``ENCOUNTER``: the arguments of ``first_touch``, the second disc seen m and n periods
+An encounter is a row of ``ENCOUNTER``: the arguments of ``touch``, the second disc seen m and n periods
 away. A family is a function of a generator and a count that returns that many rows. The families of
 ``kinetile_accuracy.hard_cases`` are compared in ``test_queries.py`` there.
 """
@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinetile.kernel.certificates.contact import first_touch, last_touch, look_closer, touch_about
+from kinetile.kernel.certificates.discs import closely, parting, touch, touch_about
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.certificates.wall import reaches
+from kinetile.kernel.certificates.walls import reaches
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation, wall_tick
@@ -45,8 +45,8 @@ else:
 def plans(row):
     """Return the plans of a row of encounters."""
     return Plans(
-        Axis(row.x, row.vx, row.x2, row.vx2, row.m, row.width),
-        Axis(row.y, row.vy, row.y2, row.vy2, row.n, row.height),
+        Axis(row.x, row.vx, 0.0, row.x2, row.vx2, 0.0, row.m, row.width, 0.0, 0.0),
+        Axis(row.y, row.vy, 0.0, row.y2, row.vy2, 0.0, row.n, row.height, 0.0, 0.0),
         row.elapsed,
         row.tick,
         1.0 / row.tick,
@@ -55,13 +55,13 @@ def plans(row):
 
 @compiled
 def answer_all(table, found):
-    """Write what ``first_touch``, ``look_closer``, ``last_touch`` and ``touch_about`` return for each row,
-    the last from a guess that is earlier, by a tick or by half of all time."""
+    """Write what ``touch``, ``closely``, ``parting`` and ``touch_about`` return for each row, the last from a
+    guess that is earlier, by a tick or by half of all time."""
     for i in range(len(table)):
         row = table[i]
-        found[i, 0] = first_touch(plans(row), row.radius, row.radius2)
-        found[i, 1] = look_closer(plans(row), row.radius, row.radius2)
-        found[i, 2] = last_touch(plans(row), row.radius, row.radius2)
+        found[i, 0] = touch(plans(row), row.radius, row.radius2, 0, -1, 0)
+        found[i, 1] = closely(plans(row), row.radius, row.radius2, 1, 0, -1, 0)
+        found[i, 2] = parting(plans(row), row.radius, row.radius2, 0)
         guess = min(found[i, 0], FAR) - (1 << (i % 61))
         found[i, 3] = touch_about(plans(row), row.radius, row.radius2, max(guess, 0))
 
@@ -71,7 +71,7 @@ def reach_all(table, found):
     """Write what ``reaches`` returns for each row: far, near, radius, speed, tick."""
     for i in range(len(table)):
         far, near, radius, speed, tick = table[i]
-        found[i] = reaches(far, near, radius, speed, tick, 1.0 / tick)
+        found[i] = reaches(far, near, radius, -speed, 0.0, tick, 1.0 / tick)
 
 
 def answers(table: Rows) -> list[list[int]]:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from convex_questions import drawn_shape
-from kinetile.kernel.certificates.bent_convex import bent_enters, bent_leaves
-from kinetile.kernel.certificates.plans import BentAxis, BentPlans
+from kinetile.kernel.certificates.plans import Axis, Plans
+from kinetile.kernel.certificates.shapes import enters, leaves
 from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import hook
@@ -26,10 +26,10 @@ TICK = 2.0**-52
 @hook
 def ask(numbers, x, y, elapsed, met, since):
     f = pointer(numbers)
-    along = BentAxis(x[0], x[1], x[2], x[3], x[4], x[5], 0.0, 0.0, 0.0, 0.0)
-    up = BentAxis(y[0], y[1], y[2], y[3], y[4], y[5], 0.0, 0.0, 0.0, 0.0)
-    plans = BentPlans(along, up, elapsed, TICK, 1.0 / TICK)
-    return bent_enters(f, 0, plans, met, since), bent_leaves(f, 0, plans, since)
+    along = Axis(x[0], x[1], x[2], x[3], x[4], x[5], 0.0, 0.0, 0.0, 0.0)
+    up = Axis(y[0], y[1], y[2], y[3], y[4], y[5], 0.0, 0.0, 0.0, 0.0)
+    plans = Plans(along, up, elapsed, TICK, 1.0 / TICK)
+    return enters(f, 0, plans, met, since), leaves(f, 0, plans, since)
 
 
 def on_the_outline(rng: random.Random, m: Difference) -> tuple[float, float]:
