@@ -8,7 +8,7 @@ import numpy as np
 import kinetile as kt
 from kinetile.errors import SceneError
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.certificates.shapes import enters, enters_by_measures, leaves, leaves_by_measures
+from kinetile.kernel.certificates.shapes import enters, leaves
 from kinetile.kernel.compiled import pointer
 from kinetile.kernel.tables import NEVER
 from kinetile.toolbox import hook
@@ -21,12 +21,10 @@ from two_forms import compiled
 
 @compiled
 @hook
-def ask(alone, numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right, up, width, height):
+def ask(numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right, up, width, height):
+    f = pointer(numbers)
     across = Axis(x, vx, 0.0, x2, vx2, 0.0, right, width, 0.0, 0.0)
-    upwards = Axis(y, vy, 0.0, y2, vy2, 0.0, up, height, 0.0, 0.0)
-    f, plans = pointer(numbers), Plans(across, upwards, elapsed, tick, per_time)
-    if alone and numbers[0] > 1.0:
-        return enters_by_measures(f, 0, plans, 0, 0), leaves_by_measures(f, 0, plans, 0)
+    plans = Plans(across, Axis(y, vy, 0.0, y2, vy2, 0.0, up, height, 0.0, 0.0), elapsed, tick, per_time)
     return enters(f, 0, plans, 0, 0), leaves(f, 0, plans, 0)
 
 
@@ -122,16 +120,16 @@ class Question:
             away = zip(self.two, self.turns, self.periods, strict=True)
             self.two = tuple(place - turns * period for place, turns, period in away)
 
-    def ticks_of_kernel(self, alone: bool = False) -> list[int]:
-        """Return when they touch and part, by the kernel, or by its last stage alone, that of measures."""
+    def ticks_of_kernel(self) -> list[int]:
+        """Return when they touch and part, by the kernel."""
         numbers = np.array(difference_row(*((shape.core, shape.radius) for shape in self.shapes)))
         path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
         path += (*self.turns, *self.periods)
-        return [*map(int, ask(alone, numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))]
+        return [*map(int, ask(numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))]
 
     def ticks_by_the_rules(self) -> list[int]:
         """Return the answers of rules 5s and 11s, in ticks after the later anchor."""
-        frame = Frame(None, 1 - math.frexp(self.tick)[1] - UNIT_BITS, self.periods)
+        frame = Frame(self.periods, 1 - math.frexp(self.tick)[1] - UNIT_BITS, self.periods)
         plans = (
             FlightPlan(*place, *velocity, anchor, 0.0, frame)
             for place, velocity, anchor in ((self.one, self.v, 0), (self.two, self.v2, self.elapsed))

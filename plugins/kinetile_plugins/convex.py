@@ -491,8 +491,8 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by (dx,
-    dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
+    """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
+    (dx, dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
     f = k.numbers
     row = row_of(k, a, b)
     count = int(f[row + COUNT])

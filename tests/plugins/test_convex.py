@@ -37,19 +37,6 @@ def test_ticks_are_those_of_the_rules(block):
     assert min(hits, partings) > 6
 
 
-@pytest.mark.parametrize(
-    "block", first(1, [0, *(pytest.param(each, marks=pytest.mark.compiled) for each in range(1, 200))])
-)
-def test_all_stages_and_whole_numbers_alone_give_one_tick(block):
-    rng, hits, count = random.Random(-1 - block), 0, 500 if block else 15
-    for _ in range(count):
-        question = Question(rng, hard=block % 2 == 1)
-        by_whole_numbers = question.ticks_of_kernel(alone=True)
-        assert question.ticks_of_kernel() == by_whole_numbers, vars(question)
-        hits += by_whole_numbers[0] != NEVER
-    assert hits > count // 7
-
-
 @pytest.mark.parametrize("seed", first(2, range(80)))
 def test_the_answer_is_that_of_rationals(seed):
     scene = (convex_scenes if seed % 3 else box_scenes).drawn(seed)

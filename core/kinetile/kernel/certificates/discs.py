@@ -1,9 +1,10 @@
 """When two discs touch, and when two that pass through each other part: the exact ticks.
 
 Ticks n >= 0 are counted from the later anchor, q is the length of one, and Q(n) is |d|^2 - R^2 at tick n,
-with d the separation, of an image where one is meant, and R the sum of the radii. Contact (docs/specification.md,
-rule 5) is at the first n with Q(n + 1) < min(0, Q(n)), the first tick in which two come to be deeper in each
-other. They part where that holds of -Q. Where a tick ``since`` is given, only those from it on count.
+with d the separation, of an image where one is meant, and R the sum of the radii. Contact
+(docs/specification.md, rule 5) is at the first n with Q(n + 1) < min(0, Q(n)), the first tick in which two
+come to be deeper in each other. They part where that holds of -Q. Where a tick ``since`` is given, only those
+from it on count.
 
 Let F1(n) be Q(n + 1) - Q(n), and s = ``since``, usually 0. Of two that have just met only ticks from the
 first rise on count, the first n with F1(n) > 0; unless they *press* on each other, F1(s) <= 0 and F1(s + 1) <
@@ -16,8 +17,8 @@ There are four stages. Each decides, or leaves that to the next:
   from there, q in compensated arithmetic, with a bound of its error. Where no whole tick lies within that of
   the root, its floor is known. With a tick known that is shortly before, the step begins there
   (``touch_about``), and serves for equal accelerations too (``stepped``).
-* *Whole ticks* (``at_whole_tick``), without accelerations: Q is convex, so Q(n) >= 0 > Q(n + 1) says that n is
-  the tick, and the estimate names n. A sign is known beyond the error of Q, or as 0 by its grain
+* *Whole ticks* (``at_whole_tick``), without accelerations: Q is convex, so Q(n) >= 0 > Q(n + 1) says that n
+  is the tick, and the estimate names n. A sign is known beyond the error of Q, or as 0 by its grain
   (``separation``): ties of lattices, and contacts at the anchor.
 * *Intervals* (``closely``), for all plans. It goes through time by intervals between whole ticks, so that n
   and n + 1 are in one. In doubles, by Bernstein coefficients, it shows that Q is above 0 in one, or rises:
@@ -99,9 +100,9 @@ So the root lies within ``bound`` of base + part, and if no whole tick does, its
 bend has shown that B < 0 at the anchor. If the floor is negative, the root is before the anchor, and the
 anchor between the roots: q < 0 there, they touch at once, 0. From 2^62 on it is never.
 
-*The tick.* The roots are farther apart than 1.59 slope / speed^2, so more than a tick where slope > speed^2 q,
-and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 < Q(n), or, where
-the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
+*The tick.* The roots are farther apart than 1.59 slope / speed^2, so more than a tick where slope > speed^2
+q, and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 < Q(n), or,
+where the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
 
 *From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact: B
 rises with time, by K a unit, so a slope surely down at t says that B < 0 at the anchor.
@@ -124,9 +125,9 @@ negligible, since R is above SMALL and t below 2^10: it is off by less than 2^-1
 and 2^-98 R^2 > 2^-498.
 
 *A step with equal accelerations* (``stepped``). At t the separation is off by 16 u^2 m + 12 u^2 S t, and
-``gap_at`` allows 9 u^2 of a ``size``: so it is **2** (m + S t). The slope is off by S 12 u^2 times the place, half that
-size, more: 6 u^2 < **2^-102**. speed^2 may be off by 2^-60 of itself where S < **2^40** speed, for which all
-bounds of ``newton`` have room.
+``gap_at`` allows 9 u^2 of a ``size``: so it is **2** (m + S t). The slope is off by S 12 u^2 times the place,
+half that size, more: 6 u^2 < **2^-102**. speed^2 may be off by 2^-60 of itself where S < **2^40** speed, for
+which all bounds of ``newton`` have room.
 
 *Coefficients* of Q by time: products of d, u and b, each known to u of itself and 16 u^2 m, 12 u^2 S or u^2 B
 beyond. With 2^-40 m and 2^-40 S added to |d| and |u|, a product of these bounds has the second part in it:

@@ -5,9 +5,9 @@ from ``start`` on at whose end it is below zero, the first n with G(n + 1) < 0. 
 to zero, or is below it for less than a tick.
 
 If G(start + 1) < 0 that is ``start``. Else G(n) >= 0 > G(n + 1) at the tick that is sought, so rule 6 holds
-there (``walls``); and wherever rule 6 holds, G(n + 1) < 0. So the tick is the first from ``start`` on at which
-rule 6 holds. ``reaches`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was below
-zero and is not so any more: then it is convex and rises, and stays above.
+there (``walls``); and wherever rule 6 holds, G(n + 1) < 0. So the tick is the first from ``start`` on at
+which rule 6 holds. ``reaches`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was
+below zero and is not so any more: then it is convex and rises, and stays above.
 
 A value in doubles is off by 2^-100 of its size where there is room (``has_room``); else whole numbers decide.
 """

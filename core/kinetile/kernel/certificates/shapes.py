@@ -2,7 +2,8 @@
 
 Seen from the first body, the place d of the second moves on a line, or with accelerations on a parabola, and
 the two touch where d comes to be within the sum R of their radii of the difference M of their cores
-(docs/specification.md, rules 5s, 7s and 11s). There are three stages; each decides, or leaves that to the next.
+(docs/specification.md, rules 5s, 7s and 11s). There are three stages; each decides, or leaves that to the
+next.
 
 *A filter*, without accelerations (``enters_surely``, ``leaves_surely``): the place comes within the lines of
 all faces, moved out by R, at the last crossing inwards, unless it has crossed one outwards before. Then one
@@ -21,7 +22,8 @@ ends soon.
 
 * *Without a margin*, R = 0, a **visit** is a run of ticks at which d is inside M. It counts if d comes deeper
   than the strip, and contact is in the tick that begins it. A visit that is under way at the first tick that
-  counts began by a rounding: contact is in the first tick in which d falls towards the faces that were nearest.
+  counts began by a rounding: contact is in the first tick in which d falls towards the faces that were
+  nearest.
 * *With a margin* the contact is in the first tick in which d comes nearer to the corner or the face that is
   nearest at the tick's end, and is within R of it there: for a corner rule 5. Or it comes into M at once.
 * *Parting* is the same with the sense turned round: the first tick in which d comes to be beyond a face, or
@@ -41,8 +43,8 @@ u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
   crossed inwards last, whether any is crossed outwards before, and, at that time, whether the place is over
   the face or beyond one of its corners. Rates within their error, ties of two faces and starts on a line are
   left open.
-- *Room for a tick.* What holds at a crossing is to hold at the tick's end as well: a way of a tick is added to
-  what a place is to be over or beside a face, and a margin is to be wider than four.
+- *Room for a tick.* What holds at a crossing is to hold at the tick's end as well: a way of a tick is added
+  to what a place is to be over or beside a face, and a margin is to be wider than four.
 - *A corner.* From a tip, outside the margin but inside the lines of two faces, only the disc around their
   corner can be entered, or the lines be left: a question about two discs (``discs``), the corner taken off
   d and off its rounding.
@@ -63,11 +65,11 @@ u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
 Error bounds of the measures
 ============================
 
-``place_at`` gives x + rest with an error of 2^-101 X, X being its size (``separation``). Less a corner, times the
-vector across or along a face, summed, less the line's distance: each operation on sums of two doubles is off
-by 8 u^2 of a product or 3 u^2 of a sum, u = 2^-53, of terms that are at most |v| (X + |x| + |c|): with two
-products, four sums and the error of the place that is less than 80 u^2 of them for each axis; **2^-97** is
-512 u^2. The distance of a line moved out by R is a sum of two doubles that is right to u^2 of itself. The
+``place_at`` gives x + rest with an error of 2^-101 X, X being its size (``separation``). Less a corner, times
+the vector across or along a face, summed, less the line's distance: each operation on sums of two doubles is
+off by 8 u^2 of a product or 3 u^2 of a sum, u = 2^-53, of terms that are at most |v| (X + |x| + |c|): with
+two products, four sums and the error of the place that is less than 80 u^2 of them for each axis; **2^-97**
+is 512 u^2. The distance of a line moved out by R is a sum of two doubles that is right to u^2 of itself. The
 strip times the length of the vector is rounded three times: **2^-50** of it. The rate in the middle of a tick
 is a velocity, off by 12 u^2 S, and an acceleration times a time, S + |b| t being the sizes: the same bound
 holds. ``AWAY`` has d less a corner for the vector, off by 2^-101 X itself: as much again. In doubles alone
@@ -945,8 +947,8 @@ def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
 
 @apart
 def comes_nearer(f: Numbers, row: int, face: int, plans: Plans) -> int:
-    """Return 1 if a second body comes nearer to a face of a first in the tick after the later anchor, exactly;
-    else 0. Before: both plans are anchored there."""
+    """Return 1 if a second body comes nearer to a face of a first in the tick after the later anchor,
+    exactly; else 0. Before: both plans are anchored there."""
     x = plans.x
     y = plans.y
     half = 0.5 * plans.tick

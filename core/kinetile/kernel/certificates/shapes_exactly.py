@@ -115,8 +115,8 @@ def cross(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int,
 
 @subroutine
 def is_nearer(m: Cells, first: int, end: int) -> int:
-    """Return the sign of how much nearer a place in M is to the line of a face (``GAP_OF``, ``LENGTH2``) than to
-    that of another one (``LEAST_GAP``, ``LEAST_LENGTH2``): of g'^2 n.n - g^2 n'.n'."""
+    """Return the sign of how much nearer a place in M is to the line of a face (``GAP_OF``, ``LENGTH2``) than
+    to that of another one (``LEAST_GAP``, ``LEAST_LENGTH2``): of g'^2 n.n - g^2 n'.n'."""
     clear(m, SIXES, 6 * first, 6 * end)
     for gap, length2, sign in ((GAP_OF, LEAST_LENGTH2, -1), (LEAST_GAP, LENGTH2, 1)):
         clear(m, FOURS, 4 * first, 4 * end)

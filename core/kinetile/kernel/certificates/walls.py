@@ -1,7 +1,7 @@
 """When a body reaches a wall: the exact tick.
 
-The gap G = far - near - radius widens at a speed ``slope``, and that by ``pull``. Rule 6: the contact is at the
-first tick n with G(n + 1) < min(0, G(n)).
+The gap G = far - near - radius widens at a speed ``slope``, and that by ``pull``. Rule 6: the contact is at
+the first tick n with G(n + 1) < min(0, G(n)).
 
 *Without an acceleration* that is the floor of G by the speed. What is left of the gap after n ticks, n by a
 division, is known almost exactly. Its quotient by the speed has a bound, and where no whole tick lies within
@@ -16,10 +16,11 @@ step, 2^-50.
 The floor is taken, and compared with 2^62, in whole numbers: as doubles, 2^62 - 1 is 2^62.
 
 *With one* the gap is a place like one along an axis (``separation``), its velocity exact, its size |far| +
-|near| + |radius|: off by 2^-101 X, and **2^-100** is allowed. In a tick that ends at t it widens by slope + pull (t - q / 2) a
-unit of time, with roundings of 5 u of |slope| + |pull| t: **2^-50**. With pull <= 0 rule 6 holds from its
-first tick on, and with pull > 0 the gap falls up to there: so a tick at which it holds, after one at which it
-does not, is the first. The discriminant says only that there is no root, with **2^-45** of its terms.
+|near| + |radius|: off by 2^-101 X, and **2^-100** is allowed. In a tick that ends at t it widens by slope +
+pull (t - q / 2) a unit of time, with roundings of 5 u of |slope| + |pull| t: **2^-50**. With pull <= 0 rule 6
+holds from its first tick on, and with pull > 0 the gap falls up to there: so a tick at which it holds, after
+one at which it does not, is the first. The discriminant says only that there is no root, with **2^-45** of
+its terms.
 """
 
 from __future__ import annotations

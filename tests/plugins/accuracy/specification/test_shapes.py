@@ -27,13 +27,8 @@ def test_what_has_gone_by_is_not_met_again() -> None:
 def test_faces_and_corners_have_numbers() -> None:
     m = rules.Difference(kt.box(1.0, 1.0), kt.polygon([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
     one = 1 << m.bits
-    assert [(x / one, y / one) for x, y in m.corners] == [
-        (-1.5, -0.5),
-        (-0.5, -1.5),
-        (0.5, -1.5),
-        (0.5, 0.5),
-        (-1.5, 0.5),
-    ]
+    corners = [(x / one, y / one) for x, y in m.corners]
+    assert corners == [(-1.5, -0.5), (-0.5, -1.5), (0.5, -1.5), (0.5, 0.5), (-1.5, 0.5)]
     assert [(x / one, y / one) for _, _, (x, y) in m.faces] == [(2, 0), (-1, 0), (-1, -1), (0, 2), (0, -1)]
     line = rules.Difference(kt.capsule((0, 0), (2, 0), 1.0), kt.capsule((1, 0), (0, 0), 0.5))
     one = 1 << line.bits
