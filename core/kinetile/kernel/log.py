@@ -17,12 +17,7 @@ from kinetile.kernel.plan import FIELDS_OF_TWO
 
 ANSWER = 6
 """The number of the specification that the contacts follow (docs/specification.md): another rule, another
-number.
-
-Answer 2 adds periodic axes to answer 1, answer 3 shapes, answer 5 accelerations, kinds that change and moves.
-(Answer 4 had gravity in frames that fell, and was never released.)
-``Scene.answer`` is the first that has what the scene needs. Event files without a number are of answer 0,
-from before there was a specification."""
+number. Event files without a number are of answer 0, from before there was a specification."""
 
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
 TURNED, REANCHORED, INSERTED, REMOVED, ACCELERATED, HELD, OF_KIND, MOVED = range(-5, -13, -1)

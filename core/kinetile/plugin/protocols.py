@@ -149,7 +149,7 @@ class PairParts:
     ``meet(k, a, b)``: the tick of the first contact of bodies a < b, or NEVER, from their two flight plans
     alone: computed at the later of the two anchors, never at the present time, with the true radii. It must
     be rounded down, and a pair that touches or overlaps and approaches meets at the later anchor. It may not
-    read ``now``, but through ``counts_from`` for accelerated bodies that pass (rule 11a), and the tick is the
+    read ``now``, but through ``counts_from`` for bodies that pass (rule 11), and the tick is the
     same if the numbers of the two are exchanged. ``k.clock[0].about`` is NEVER or a tick shortly before it,
     from a bound: a search may begin there. Bodies never touch at more than the sum of their radii.
 
@@ -195,7 +195,7 @@ class PairParts:
     the circle of a body's reach holds its shape.
 
     ``bent``: these hooks are for a scene with accelerations (``scene.bent``): records of bodies have ``ax``
-    and ``ay``, and plans are of degree 2 (rules 4a to 7a). Two whose accelerations differ may meet again
+    and ``ay``, and plans are of degree 2 (rule 4a). Two whose accelerations differ may meet again
     after a contact, so ``meet`` leaves out what is barred itself, and ``soonest`` gets NOBODY; that may leave
     out what is after the end of the chord of either. Without it such a scene is refused; a broad phase needs
     nothing, since it sees straight chords (``kinetile.kernel.chords``).

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import RecordError, answering
-from kinetile.kernel.log import ANSWER, INSERTED, LOG, REMOVED
+from kinetile.kernel.log import INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules
 from kinetile.records.locks import open_alone
 from kinetile.records.log import Beginning, LogFile, LogReader, LogWriter, Seal, holds_nothing
@@ -292,9 +292,6 @@ class EventRecorder:
 
     def _write(self, rows: NDArray[Any], *, more: bool = False) -> None:
         """Writes a batch of rows, and the run's time; ``more``: others follow at once."""
-        accelerated = (rows["b"] == INSERTED) & np.isfinite(rows["bx"])
-        if (accelerated | (rows["b"] < REMOVED)).any():  # by hand, maybe: what the scene did not need
-            self._answer = ANSWER
         last = float(rows["time"][-1]) if len(rows) else self._last
         self._log.write(self._metadata(last, behind=more), rows)
         self.rows += len(rows)

@@ -19,7 +19,7 @@ from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
 from kinetile.scene.bodies import Numbers
 from kinetile.scene.checks import Extent, shown
-from kinetile.scene.commands import Command, Insert, Move, SetKind, Turn
+from kinetile.scene.commands import Command, Insert, SetKind, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import NO_FILE, FilePlaces, Given, fill
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
@@ -224,10 +224,8 @@ class Scene:
 
     @property
     def answer(self) -> int:
-        """The number of the specification that its contacts follow: ``ANSWER`` with accelerations, changes
-        of kinds or moves, 3 with shapes, 2 with a periodic axis, else 1; each contains those before."""
-        new = self.bent or any(isinstance(each, SetKind | Move) for each in self.commands)
-        return ANSWER if new else 3 if self.shapes else 2 if self.periodic else 1
+        """The number of the specification that its contacts follow."""
+        return ANSWER
 
     @property
     def turns(self) -> tuple[Turn, ...]:

@@ -188,12 +188,12 @@ def test_what_is_called_apart_is_loaded_and_called():
 
 LOADED = """
 import kinetile as kt
-from kinetile.kernel.certificates.contact import look_closer
+from kinetile.kernel.certificates.discs import touch
 sim = kt.Simulation(kt.make_scene("two-discs"), "naive")
 assert sim.cached is {known}, sim.cached
-assert look_closer.known.address is None
+assert touch.known.address is None
 sim.run(4.0, max_contacts=20)
-assert look_closer.known.address is not None
+assert touch.known.address is not None
 print(sim.fingerprint)
 """
 

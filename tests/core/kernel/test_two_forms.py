@@ -39,7 +39,7 @@ def all_of(kind: type) -> dict[str, Any]:
 
 LOWERED, BY_RECORD = all_of(_Both), all_of(_ByRecord)
 APART = {name: each for name, each in LOWERED.items() if hasattr(each, "known")}
-SHARED = ["wall.reaches", "contact.look_closer"]
+SHARED = ["walls.reaches", "discs.touch"]
 """Those that are in the loops which tests share."""
 
 GAMES = (
@@ -52,16 +52,15 @@ GAMES = (
 )
 
 LENT = {
-    "contact.look_closer": ("contact.last_touch", lambda *given: given),
-    "contact.first_touch": ("contact.last_touch", lambda *given: given),
-    "convex_integers.leaves_exactly": ("convex_integers.enters_exactly", lambda *given: given),
-    "bent_convex_integers.farther_out": (
-        "bent_convex_integers.sign_exactly",
+    "discs.touch": ("discs.parting", lambda plans, one, two, since: (plans, one, two, 0, -1, since)),
+    "shapes.leaves_surely": ("shapes.enters_surely", lambda *given: given),
+    "shapes_exactly.farther_out": (
+        "shapes_exactly.sign_exactly",
         lambda f, row, face, kind, order, plans, count: (f, row, face, face, plans, count),
     ),
     "quadratic.first_below": (
-        "wall.reaches",
-        lambda far, near, *rest: (far - near, -0.5, 0.25, 0, *rest[2:]),
+        "walls.reaches",
+        lambda far, near, *rest: (far - near, -0.5, 0.25, 0, *rest[3:]),
     ),
 }
 """Functions that hardly any run calls, and of which other's arguments they are given."""
