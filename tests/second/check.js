@@ -35,14 +35,13 @@ function metWall(e, sides, { shape, plan }) {
 
 /** What is answered to a row, in the form of its last field; a list of answers where it is asked in several ways. */
 const ASK = {
-  contacts: (e, one, two) => ASK.bent_contacts(e, false, one, two),
+  contacts: (e, one, two) => ASK.accelerated_contacts(e, false, one, two),
   walls: (e, sides, body) => [metWall(e, sides, discOf(body))],
-  bent_contacts(e, justMet, ...bodies) {
+  accelerated_contacts(e, justMet, ...bodies) {
     const [a, b] = bodies.map(discOf);
     return [met(e, a, b, justMet), met(e, b, a, justMet)];
   },
-  bent_walls: (e, sides, body) => ASK.walls(e, sides, body),
-  bent_places(e, plan, to) {
+  accelerated_places(e, plan, to) {
     const { x, y, vx, vy } = anchor(discOf(plan).plan, BigInt(to), tickLength(e));
     return [[x, y, vx, vy]];
   },

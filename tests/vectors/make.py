@@ -67,7 +67,7 @@ def contact(e: int, *plans: Words) -> str | None:
     return _touching(None, e, plans)
 
 
-def bent_contact(e: int, met: bool, *plans: Words) -> str | None:
+def accelerated_contact(e: int, met: bool, *plans: Words) -> str | None:
     """Rules 5 and 7: the tick, or None."""
     return _touching(None, e, plans, met)
 
@@ -84,7 +84,7 @@ def wall(e: int, sides: Words, plan: Words) -> list[Any] | None:
     return _at_wall(wall_tick(_plan(plan, frame), frame))
 
 
-def bent_place(e: int, plan: Words, tick: str) -> Words:
+def accelerated_place(e: int, plan: Words, tick: str) -> Words:
     """Rule 4a: x, y, vx and vy once the plan is anchored at the tick."""
     place, velocity = _plan(plan, Frame(None, e)).moved(int(tick), ldexp(1.0, -52 - e))
     return numbers(*place, *velocity)
@@ -171,9 +171,8 @@ def _difference(one: Body, two: Body) -> shapes.Difference:
 ANSWERS: dict[str, Callable[..., Any]] = {
     "contacts": contact,
     "walls": wall,
-    "bent_contacts": bent_contact,
-    "bent_walls": wall,
-    "bent_places": bent_place,
+    "accelerated_contacts": accelerated_contact,
+    "accelerated_places": accelerated_place,
     "exchanges": exchange,
     "places": place,
     "units": unit,

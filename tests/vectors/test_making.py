@@ -10,7 +10,6 @@ LARGE = (
     "runs/gases.json",
     "runs/lattices.json",
     "runs/turns.json",
-    "shape_walls.json",
     "shapes.json",
 )
 NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in names()]

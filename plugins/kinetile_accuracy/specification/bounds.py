@@ -75,7 +75,7 @@ class ContactBounds:
         fine: int,
         periods: tuple[float, float] = (0.0, 0.0),
         shapes: bool = False,
-        bent: bool = False,
+        accelerated: bool = False,
     ) -> None:
         count = len(radius)
         self.origin = 0
@@ -86,7 +86,7 @@ class ContactBounds:
         self._absent = np.ones(count, np.bool_)
         self._periods = periods
         self._shapes = shapes
-        self._bent = bent
+        self._accelerated = accelerated
         self._extent = max(periods)
         self._tick = 2.0**-fine
         self._ticks = 2.0**fine
@@ -116,7 +116,7 @@ class ContactBounds:
             place = place + flies * elapsed
             extent = max(self._extent, float(np.abs(place).max()))
             sizes = np.abs(flies).sum(axis=0)
-            if self._bent:
+            if self._accelerated:
                 bend = 0.5 * pull * elapsed * elapsed
                 place = place + bend
                 extent = max(extent, float(np.abs(place).max()), float(np.abs(bend).max()))
@@ -129,7 +129,7 @@ class ContactBounds:
                 if period:
                     axis -= np.rint(axis / period) * period
             reach = self._radius + (self._radius[which] + fat)
-            if self._bent:
+            if self._accelerated:
                 w = pull[:, None] - pull[:, which]
                 apart = np.sqrt((d * d).sum(axis=0))
                 gap = apart * (1.0 - 2.0**-50) - reach
@@ -138,10 +138,10 @@ class ContactBounds:
                 under = closing * closing + 2.0 * bend * gap
                 under += 2.0**-45 * (closing * closing + 2.0 * np.abs(bend) * gap)
                 ahead = closing + np.sqrt(under)
-                bent: Floats = np.fmax(2.0 * gap / ahead * (self._ticks * _LESS), 0.0)
-                bent[(under < 0.0) | (ahead <= 0.0)] = np.inf
-                bent[~(gap > 0.0)] = 0.0
-                return self._others(bent, bodies, v, reach)
+                soonest: Floats = np.fmax(2.0 * gap / ahead * (self._ticks * _LESS), 0.0)
+                soonest[(under < 0.0) | (ahead <= 0.0)] = np.inf
+                soonest[~(gap > 0.0)] = 0.0
+                return self._others(soonest, bodies, v, reach)
             speed2 = (v * v).sum(axis=0)
             speed = np.sqrt(speed2)
             ahead = -(d * v).sum(axis=0) / speed

@@ -398,7 +398,7 @@ class Course:
     def _let_go_of(self, support: int) -> None:
         """Lets go what a body holds (rule 9h)."""
         for body, held in enumerate(self.held):
-            if any(each.number == support for each in held):
+            if held and any(each.number == support for each in held):
                 self._let_go(body)
                 self._schedule([body])
 

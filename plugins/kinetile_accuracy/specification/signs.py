@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import comb, isqrt
+from math import isqrt
 
 HORIZON = 1 << 62
 """A contact this many ticks after the later anchor, or later, does not count (rules 5 and 6)."""
@@ -114,9 +114,13 @@ def negated(p: Polynomial) -> Polynomial:
 
 def differences(p: Polynomial) -> list[int]:
     """Returns p(n + 1) - p(n)."""
-    return [sum(comb(k, power) * p[k] for k in range(power + 1, len(p))) for power in range(len(p) - 1)]
+    return [after - before for after, before in zip(a_tick_later(p), p[:-1], strict=False)]
 
 
 def a_tick_later(p: Polynomial) -> Polynomial:
-    """Returns p(n + 1)."""
-    return [sum(comb(k, power) * p[k] for k in range(power, len(p))) for power in range(len(p))]
+    """Returns p(n + 1), by additions alone."""
+    found = list(p)
+    for low in range(len(found) - 1):
+        for power in range(len(found) - 2, low - 1, -1):
+            found[power] += found[power + 1]
+    return found
