@@ -16,7 +16,7 @@ There are four stages. Each decides, or leaves that to the next:
 * *A filter* (``filtered``), without accelerations: a refusal, or an estimate of the root and one Newton step
   from there, q in compensated arithmetic, with a bound of its error. Where no whole tick lies within that of
   the root, its floor is known. With a tick known that is shortly before, the step begins there
-  (``touch_about``), and serves for equal accelerations too (``stepped``).
+  (``touch_about``), and serves for equal accelerations too.
 * *Whole ticks* (``at_whole_tick``), without accelerations: Q is convex, so Q(n) >= 0 > Q(n + 1) says that n
   is the tick, and the estimate names n. A sign is known beyond the error of Q, or as 0 by its grain
   (``separation``): ties of lattices, and contacts at the anchor.
@@ -124,7 +124,7 @@ of itself: so **2^-98** (|x| + 2^-50 X) X for each axis and R^2 is twice as much
 negligible, since R is above SMALL and t below 2^10: it is off by less than 2^-1060 in a place, 2^-838 in Q,
 and 2^-98 R^2 > 2^-498.
 
-*A step with equal accelerations* (``stepped``). At t the separation is off by 16 u^2 m + 12 u^2 S t, and
+*A step with equal accelerations*. At t the separation is off by 16 u^2 m + 12 u^2 S t, and
 ``gap_at`` allows 9 u^2 of a ``size``: so it is **2** (m + S t). The slope is off by S 12 u^2 times the place,
 half that size, more: 6 u^2 < **2^-102**. speed^2 may be off by 2^-60 of itself where S < **2^40** speed, for
 which all bounds of ``newton`` have room.
@@ -250,30 +250,56 @@ def about(x: Separation, y: Separation, reach: float) -> float:
 
 
 @hook
+def have_room(x: Separation, y: Separation, reach: float) -> bool:
+    """Whether the bounds of a step hold: no number is too large, or too small."""
+    speed = abs(x.u) + abs(y.u)
+    return bool(speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE)
+
+
+@hook
+def one_step(
+    t: float,
+    ticks: float,
+    x: Separation,
+    y: Separation,
+    reach: float,
+    reach_low: float,
+    turn: float,
+    loose: float,
+    per_time: float,
+) -> tuple[int, float]:
+    """Return when two discs touch, or part where ``turn`` is -1, by one Newton step from a time t, which is
+    ``ticks``, or ``OPEN``; and how long the step is, in ticks. The error of the slope is ``loose`` more."""
+    q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
+    slope *= turn
+    slope_error += loose
+    speed2 = x.u * x.u + y.u * y.u
+    if slope > 8.0 * slope_error and slope * per_time > speed2:
+        step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
+        if bent < 0.125 and bound < 0.5:
+            return floor_of(ticks, turn * step, bound), turn * step
+    return OPEN, 0.0
+
+
+@hook
 def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> int:
     """Return when two discs touch, by a separation and a relative velocity, or ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
-    speed = abs(x.u) + abs(y.u)
-    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+    if have_room(x, y, reach):
         bend, bend_error = along(x, x.u, y, y.u)
         if bend > bend_error:
             return NEVER
         cross, cross_error = along(x, y.u, y, -x.u)
         clear = abs(cross) - cross_error
-        speed2 = x.u * x.u + y.u * y.u
-        span2 = reach * reach * speed2
+        span2 = reach * reach * (x.u * x.u + y.u * y.u)
         if clear > 0.0 and clear * clear > span2 * (1.0 + 2.0**-48):
             return NEVER
         inside = span2 - cross * cross
         if inside > 0.0 and bend < -bend_error:
             t = larger((x.d * x.d + y.d * y.d - reach * reach) / (math.sqrt(inside) - bend), 0.0)
-            ticks = t * per_time
-            if ticks < FAR:
-                q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
-                if slope > 8.0 * slope_error and slope * per_time > speed2:
-                    step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
-                    if bent < 0.125 and bound < 0.5:
-                        return floor_of(ticks, step, bound)
+            if t * per_time < FAR:
+                found, _ = one_step(t, t * per_time, x, y, reach, reach_low, 1.0, 0.0, per_time)
+                return found
     return OPEN
 
 
@@ -282,10 +308,9 @@ def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: 
     """Return when two discs part, by a separation and a relative velocity, or ``OPEN``; and about when as a
     time, to a tick unless it is ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
-    speed = abs(x.u) + abs(y.u)
     speed2 = x.u * x.u + y.u * y.u
     t = 0.0
-    if speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE:
+    if have_room(x, y, reach):
         bend = x.d * x.u + y.d * y.u
         cross = x.d * y.u - y.d * x.u
         root = math.sqrt(larger(reach * reach * speed2 - cross * cross, 0.0))
@@ -293,35 +318,10 @@ def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: 
             t = (root - bend) / speed2
         elif root > 0.0:
             t = (reach * reach - (x.d * x.d + y.d * y.d)) / (root + bend)
-        ticks = t * per_time
-        if root > 0.0 and abs(ticks) < FAR:
-            q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
-            if -slope > 8.0 * slope_error and -slope * per_time > speed2:
-                step, bound, bent = newton(q, q_error, -slope, slope_error, speed2, per_time)
-                if bent < 0.125 and bound < 0.5:
-                    return floor_of(ticks, -step, bound), t - step / per_time
+        if root > 0.0 and abs(t * per_time) < FAR:
+            found, step = one_step(t, t * per_time, x, y, reach, reach_low, -1.0, 0.0, per_time)
+            return found, t + step / per_time
     return OPEN, t
-
-
-@hook
-def stepped(x: Way, y: Way, radius: float, radius2: float, ticks: float, plans: Plans) -> int:
-    """Return when discs with equal accelerations touch, by one Newton step, or ``OPEN``."""
-    reach, reach_low = plus(radius, radius2)
-    speed = abs(x.u) + abs(y.u)
-    sizes = reach + (x.size + y.size)
-    speeds = x.speed + y.speed
-    if speed > SMALL and speeds < 2.0**40 * speed and speeds < LARGE and reach > SMALL and sizes < LARGE:
-        t = ticks * plans.tick
-        along_x = Separation(x.d, x.low, 2.0 * (x.size + x.speed * t), x.u, x.w)
-        along_y = Separation(y.d, y.low, 2.0 * (y.size + y.speed * t), y.u, y.w)
-        q, q_error, slope, slope_error = gap_at(t, along_x, along_y, reach, reach_low)
-        slope_error += 2.0**-102 * (along_x.size * x.speed + along_y.size * y.speed)
-        speed2 = x.u * x.u + y.u * y.u
-        if slope > 8.0 * slope_error and slope * plans.per_time > speed2:
-            step, bound, bent = newton(q, q_error, slope, slope_error, speed2, plans.per_time)
-            if bent < 0.125 and bound < 0.5:
-                return floor_of(ticks, step, bound)
-    return OPEN
 
 
 @hook
@@ -591,18 +591,11 @@ def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
     does not decide, ``touch`` is called."""
     x, y = separations(plans)
     reach, reach_low = plus(radius, radius2)
-    speed = abs(x.u) + abs(y.u)
-    small = speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE
-    if small and guess >= 0:
+    if guess >= 0 and have_room(x, y, reach):
         ticks = float(guess)
-        q, q_error, slope, slope_error = gap_at(ticks * plans.tick, x, y, reach, reach_low)
-        speed2 = x.u * x.u + y.u * y.u
-        if slope > 8.0 * slope_error and slope * plans.per_time > speed2:
-            step, bound, bent = newton(q, q_error, slope, slope_error, speed2, plans.per_time)
-            if bent < 0.125 and bound < 0.5:
-                found = floor_of(ticks, step, bound)
-                if found != OPEN:
-                    return found
+        found, _ = one_step(ticks * plans.tick, ticks, x, y, reach, reach_low, 1.0, 0.0, plans.per_time)
+        if found != OPEN:
+            return found
     return int(touch(plans, radius, radius2, 0, -1, 0))
 
 
@@ -617,7 +610,15 @@ def accelerated_touch_about(
         if met > 0:
             return NEVER
         if guess >= 0:
-            found = stepped(x, y, radius, radius2, float(guess), plans)
-            if found >= since:  # not OPEN
-                return found
+            ticks = float(guess)
+            t = ticks * plans.tick
+            along_x = Separation(x.d, x.low, 2.0 * (x.size + x.speed * t), x.u, x.w)
+            along_y = Separation(y.d, y.low, 2.0 * (y.size + y.speed * t), y.u, y.w)
+            reach, reach_low = plus(radius, radius2)
+            speeds = x.speed + y.speed
+            if speeds < 2.0**40 * (abs(x.u) + abs(y.u)) and have_room(along_x, along_y, reach):
+                loose = 2.0**-102 * (along_x.size * x.speed + along_y.size * y.speed)
+                found, _ = one_step(t, ticks, along_x, along_y, reach, reach_low, 1.0, loose, plans.per_time)
+                if found >= since:  # not OPEN
+                    return found
     return int(closely(plans, radius, radius2, 1, met, guess, since))

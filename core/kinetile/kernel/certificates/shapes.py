@@ -7,10 +7,9 @@ next.
 
 *A filter*, without accelerations (``enters_surely``, ``leaves_surely``): the place comes within the lines of
 all faces, moved out by R, at the last crossing inwards, unless it has crossed one outwards before. Then one
-step in compensated arithmetic says in which tick the gap to this face is none (``tick_at_face``). Scenes on
-lattices have crossings at whole ticks all the time (``by_ticks``). Without a margin, a place may enter where
-M is only grazed, by no more than what is flush: a visit counts if it surely is deeper at one whole tick, half
-way through (``is_deep``).
+step in compensated arithmetic says in which tick the gap to this face is none (``tick_at_face``). Without a
+margin, a place may enter where M is only grazed, by no more than what is flush: a visit counts if it surely
+is deeper at one whole tick, half way through (``is_deep``).
 
 *Measures* of d(n) at whole ticks n, for all plans: how far d is beyond the line of a face, moved out by R
 (``GAP``), moved in by the strip (``STRIP``) or as it is (``LINE``); and how far along a face, from its first
@@ -51,12 +50,6 @@ u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
 - *A face.* With x + rest, x a double, along each axis, and the vector along the face a sum of two doubles,
   n.d - h is computed with every rounding of a product or a sum caught but those of products of two roundings:
   2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as of discs.
-- *Ties.* Where no margin is left to be rounded, the ticks of all crossings decide if they are known and
-  differ (``by_ticks``). At a whole tick the coordinates of the place are whole multiples of a power of two,
-  its grain: the least of the lowest bits of both places and of both velocities times a tick. The gap to a
-  face is n.(d - c), c being a corner of it, so it is a multiple of the lowest bit of n times the lesser of
-  the grain and the lowest bit of c. If what is computed and its bound together are less than that, the gap is
-  0: so a root at a whole tick is known, and a place on a line at the later anchor.
 - *Parting.* A line that goes out of a convex set at a point of its outline, inwards before, does not come
   back. So it is enough to know one such point: where the line of a face, moved out by R, is crossed outwards,
   the place being surely between the face's ends; or where the disc around a corner is left, the place being
@@ -64,6 +57,10 @@ u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
 
 Error bounds of the measures
 ============================
+
+*Ties.* On lattices a measure is 0 at whole ticks all the time. The gap to a face is n.(d - c), c being a
+corner of it, so it is a multiple of the lowest bit of n times the lesser of the grain of d (``separation``)
+and the lowest bit of c. If what is computed and its bound together are less than that, it is 0.
 
 ``place_at`` gives x + rest with an error of 2^-101 X, X being its size (``separation``). Less a corner, times
 the vector across or along a face, summed, less the line's distance: each operation on sums of two doubles is
@@ -182,27 +179,9 @@ def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
 
 
 @hook
-def grain_at_face(f: Numbers, face: int, grain: float) -> float:
-    """Return a power of two of which the gap to a face without a margin is a multiple, as the coordinates of
-    the place are of ``grain``; 0 where it would be too small."""
-    corner = smaller(
-        smaller(grain_of(f[face + CX]), grain_of(f[face + CX_LOW])),
-        smaller(grain_of(f[face + CY]), grain_of(f[face + CY_LOW])),
-    )
-    way = smaller(
-        smaller(grain_of(f[face + TX]), grain_of(f[face + TX_LOW])),
-        smaller(grain_of(f[face + TY]), grain_of(f[face + TY_LOW])),
-    )
-    return float(way * smaller(corner, grain))
-
-
-@hook
-def tick_at_face(
-    f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float, grain: float
-) -> int:
+def tick_at_face(f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float) -> int:
     """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
-    it does at about a time t > 0; ``OPEN`` if that is not sure. At whole ticks the gap is a multiple of
-    ``grain``."""
+    it does at about a time t > 0; ``OPEN`` if that is not sure."""
     left, error = gap_to_face(f, face, t, x, y)
     rate = f[face + TX] * y.u - f[face + TY] * x.u
     unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
@@ -213,67 +192,8 @@ def tick_at_face(
         step *= per_time
         bound += 2.0**-49 * abs(step) + 2.0**-50
         if bound < 0.5:
-            found = floor_of(ticks, step, bound)
-            if found != OPEN:
-                return found
-            base = int(ticks)
-            flown = ticks - float(base)
-            near = math.floor(flown + step + 0.5)
-            away = (near - flown) / per_time
-            there = left - rate * away
-            error += abs(away) * unsure + 2.0**-51 * (abs(left) + abs(there))
-            found = base + int(near)
-            if abs(there) + error < grain and found < LIMIT:
-                return int(larger(found, 0))
+            return floor_of(ticks, step, bound)
     return OPEN
-
-
-@hook
-def grain_of_place(plans: Plans, count: int) -> float:
-    """Return a power of two of which the coordinates of a place are multiples after a number of ticks."""
-    x = grain_at(plans.x, plans.elapsed, count, plans.tick)
-    return float(smaller(x, grain_at(plans.y, plans.elapsed, count, plans.tick)))
-
-
-@hook
-def by_ticks(f: Numbers, row: int, x: Separation, y: Separation, plans: Plans) -> int:
-    """Return when a difference without a margin is entered, by the ticks in which the lines of its faces are
-    crossed; ``OPEN`` where one of them, or a gap at the later anchor, is not sure, where a place would come
-    in and go out within two ticks, and where the bodies overlap."""
-    comes = -1
-    goes = NEVER
-    known = True
-    grain = grain_of_place(plans, 1)
-    for k in range(int(f[row + COUNT])):
-        face = row + HEAD + k * WIDE
-        nx = f[face + TY]
-        ny = -f[face + TX]
-        own = grain_at_face(f, face, grain)
-        gap, error = gap_to_face(f, face, 0.0, x, y)
-        nothing = abs(gap) + error < own
-        gap = 0.0 if nothing else gap
-        rate = nx * x.u + ny * y.u
-        unsure = 2.0**-49 * (abs(nx * x.u) + abs(ny * y.u))
-        still = is_still(nx, ny, x, y)
-        if (abs(gap) <= error and not nothing) or (abs(rate) <= unsure and not still):
-            known = False
-            continue
-        if gap >= 0.0 and rate >= 0.0:
-            return NEVER
-        t = -gap / rate if rate != 0.0 else 0.0
-        ticks = 0
-        if t > 0.0 and (rate < 0.0 or t * plans.per_time < FAR):
-            ticks = tick_at_face(f, face, t, x, y, plans.per_time, own)
-            known = known and ticks != OPEN
-            if rate > 0.0:
-                goes = smaller(goes, ticks)
-        if rate < 0.0 and gap >= 0.0:
-            comes = larger(comes, ticks)
-    if not known or comes < 0:
-        return OPEN
-    if comes >= goes:
-        return NEVER
-    return comes if comes + 1 < goes else OPEN
 
 
 @hook
@@ -312,106 +232,6 @@ def is_beside(
     here, _ = along_face(f, row, corner, x, y, t)
     _, there = along_face(f, row, before, x, y, t)
     return here < -around and there > around
-
-
-@apart
-def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
-    """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
-    x, y = separations(plans)
-    per_time = plans.per_time
-    count = int(f[row + COUNT])
-    faces = row + HEAD
-    reach = f[row + RADIUS]
-    size = (x.size + y.size) + f[row + SIZE]
-    speed = abs(x.u) + abs(y.u)
-    if not (speed > SMALL and speed < LARGE and size < LARGE):
-        return OPEN
-    doubt = 2.0**-48 * size
-    slack = 2.0**-50 * speed
-    way = speed * plans.tick
-    into = -math.inf
-    into_error = 0.0
-    latest = -math.inf
-    out = math.inf
-    stays = math.inf
-    highest = -math.inf
-    known = reach == 0.0 or reach > 4.0 * way + doubt
-    for face in range(faces, faces + count * WIDE, WIDE):
-        nx = f[face + NX]
-        ny = f[face + NY]
-        gap = (nx * x.d + ny * y.d) - f[face + OUT]
-        rate = nx * x.u + ny * y.u
-        highest = larger(highest, gap)
-        if abs(rate) <= slack:
-            still = is_still(nx, ny, x, y)
-            if still and gap > doubt:
-                return NEVER
-            known = known and gap < (-doubt if still else -(2.0**-20) * size)
-            continue
-        t = -gap / rate
-        error = (doubt + slack * abs(t)) / (abs(rate) - slack)
-        if rate > 0.0:
-            out = smaller(out, t + error)
-            stays = smaller(stays, t - error)
-        else:
-            latest = larger(latest, t + error)
-            if t > into:
-                into = t
-                into_error = error
-    if into - into_error > out or out < 0.0:
-        return NEVER
-    comes = into - into_error
-    known = known and into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and latest < 0.0))
-    known = known and (reach > 0.0 or latest < stays)
-    half = 0.5 * (into + stays)
-    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + way)
-    corner = -1
-    found = -1
-    for face in range(faces, faces + count * WIDE if known else 0, WIDE):
-        nx = f[face + NX]
-        ny = f[face + NY]
-        gap = (nx * x.d + ny * y.d) - f[face + OUT]
-        rate = nx * x.u + ny * y.u
-        t = 0.0
-        error = 0.0
-        if comes > 0.0:
-            t = -gap / rate
-            error = (doubt + slack * abs(t)) / (abs(rate) - slack)
-            if rate >= -slack or t + error < comes:
-                continue
-        elif gap < highest - 2.0 * doubt:
-            continue
-        over = True
-        if reach > 0.0:
-            around = doubt + speed * error + way
-            first, last = along_face(f, row, face, x, y, t)
-            over = first > around and last < -around
-            nearest = face if first < -around else next_corner(f, row, face)
-            if not over:
-                known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
-                corner = nearest
-        if over:
-            ticks = OPEN
-            if comes > 0.0:
-                ticks = tick_at_face(f, face, t, x, y, per_time, 0.0)
-            if ticks != OPEN and reach > 0.0:
-                return ticks
-            known = known and ticks != OPEN and deep
-            found = larger(found, ticks)
-    if known and corner >= 0:
-        corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
-        corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
-        found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
-        if found != NEVER and found != OPEN:
-            t = float(found) * plans.tick
-            known = is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t))
-    if known:
-        return found
-    if reach == 0.0:
-        found = by_ticks(f, row, x, y, plans)
-        if found == NEVER or deep:
-            return found
-    return OPEN
 
 
 @hook
@@ -464,12 +284,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
     first, last = along_face(f, row, face, x, y, out)
     around = doubt + speed * error + way
     if first > around and last < -around:
-        if not out > error:
-            return OPEN
-        grain = 0.0
-        if reach == 0.0:
-            grain = grain_at_face(f, face, grain_of_place(plans, 1))
-        return tick_at_face(f, face, out, x, y, per_time, grain)
+        return tick_at_face(f, face, out, x, y, per_time) if out > error else OPEN
     if reach > 4.0 * way + doubt:
         corner = last_corner(f, row, x, y)
         around_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
@@ -609,12 +424,36 @@ def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
 
 
 @subroutine
+def grain_of_measure(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> float:
+    """Return a power of two of which a measure is a multiple after a number of ticks, or its rate without
+    accelerations; or 0."""
+    if kind == STRIP or kind == AWAY or (kind == GAP and f[w.row + RADIUS] > 0.0):
+        return 0.0
+    way = math.inf
+    for at in (TX, TX_LOW, TY, TY_LOW):
+        way = smaller(way, grain_of(f[face + at]))
+    place = math.inf
+    corner = next_corner(f, w.row, face) if kind == BEYOND else face
+    for axis in (w.plans.x, w.plans.y):
+        if order != VALUE:
+            place = smaller(place, smaller(grain_of(axis.v), grain_of(axis.v2)))
+        else:
+            place = smaller(place, grain_at(axis, w.plans.elapsed, count, w.plans.tick))
+    if order == VALUE:
+        for at in (CX, CX_LOW, CY, CY_LOW):
+            place = smaller(place, grain_of(f[corner + at]))
+    return 0.0 if order != VALUE and is_accelerated(w.plans) else float(way * place)
+
+
+@subroutine
 def sign_of(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> int:
     """Return the sign of a measure, of its rate or of its bend, exactly."""
     value, error = roughly(f, w, face, kind, order, count)
     if not abs(value) > error:
         value, error = measured(f, w, face, kind, order, count)
     if not abs(value) > error:
+        if abs(value) + error < grain_of_measure(f, w, face, kind, order, count):
+            return 0
         return int(sign_exactly(f, w.row, face, kind, order, w.plans, count))
     return 1 if value > 0.0 else -1
 
@@ -707,6 +546,129 @@ def first_outside(f: Numbers, w: Course, kind: int, closed: int, start: int) -> 
         face = w.row + HEAD + k * WIDE
         found = smaller(found, next_below(f, w, face, kind, -1, closed, start))
     return int(found)
+
+
+@subroutine
+def is_inside(f: Numbers, w: Course, count: int) -> bool:
+    """Whether a place is within the lines of all faces, moved out by R, after a number of ticks."""
+    for face in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
+        if sign_of(f, w, face, GAP, VALUE, count) >= 0:
+            return False
+    return True
+
+
+@subroutine
+def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) -> int:
+    """Return the tick at which a place comes into a difference without a margin, if it is near a guess, or
+    ``NEVER`` where it stays outside of one line, or ``OPEN``. Without accelerations it is inside for one run
+    of ticks; ``deep``: at some tick deeper than what is flush."""
+    w = course_of(row, plans)
+    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+        rises = sign_of(f, w, face, LINE, RATE, 0) >= 0
+        if rises and sign_of(f, w, face, GAP, VALUE, 0) >= 0:
+            return NEVER
+    if deep and guess < LIMIT:
+        first = guess if is_inside(f, w, guess) else guess + 1
+        if (first > guess and is_inside(f, w, first)) or (first == guess and first > 0):
+            if first > guess or not is_inside(f, w, first - 1):
+                return first - 1
+    return OPEN
+
+
+@apart
+def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
+    """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
+    x, y = separations(plans)
+    per_time = plans.per_time
+    count = int(f[row + COUNT])
+    faces = row + HEAD
+    reach = f[row + RADIUS]
+    size = (x.size + y.size) + f[row + SIZE]
+    speed = abs(x.u) + abs(y.u)
+    if not (speed > SMALL and speed < LARGE and size < LARGE):
+        return OPEN
+    doubt = 2.0**-48 * size
+    slack = 2.0**-50 * speed
+    way = speed * plans.tick
+    into = -math.inf
+    into_error = 0.0
+    latest = -math.inf
+    out = math.inf
+    stays = math.inf
+    highest = -math.inf
+    known = reach == 0.0 or reach > 4.0 * way + doubt
+    for face in range(faces, faces + count * WIDE, WIDE):
+        nx = f[face + NX]
+        ny = f[face + NY]
+        gap = (nx * x.d + ny * y.d) - f[face + OUT]
+        rate = nx * x.u + ny * y.u
+        highest = larger(highest, gap)
+        if abs(rate) <= slack:
+            still = is_still(nx, ny, x, y)
+            if still and gap > doubt:
+                return NEVER
+            known = known and gap < (-doubt if still else -(2.0**-20) * size)
+            continue
+        t = -gap / rate
+        error = (doubt + slack * abs(t)) / (abs(rate) - slack)
+        if rate > 0.0:
+            out = smaller(out, t + error)
+            stays = smaller(stays, t - error)
+        else:
+            latest = larger(latest, t + error)
+            if t > into:
+                into = t
+                into_error = error
+    if into - into_error > out or out < 0.0:
+        return NEVER
+    comes = into - into_error
+    known = known and into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and latest < 0.0))
+    known = known and (reach > 0.0 or latest < stays)
+    half = 0.5 * (into + stays)
+    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + way)
+    corner = -1
+    found = -1
+    for face in range(faces, faces + count * WIDE if known else 0, WIDE):
+        nx = f[face + NX]
+        ny = f[face + NY]
+        gap = (nx * x.d + ny * y.d) - f[face + OUT]
+        rate = nx * x.u + ny * y.u
+        t = 0.0
+        error = 0.0
+        if comes > 0.0:
+            t = -gap / rate
+            error = (doubt + slack * abs(t)) / (abs(rate) - slack)
+            if rate >= -slack or t + error < comes:
+                continue
+        elif gap < highest - 2.0 * doubt:
+            continue
+        over = True
+        if reach > 0.0:
+            around = doubt + speed * error + way
+            first, last = along_face(f, row, face, x, y, t)
+            over = first > around and last < -around
+            nearest = face if first < -around else next_corner(f, row, face)
+            if not over:
+                known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
+                corner = nearest
+        if over:
+            ticks = OPEN
+            if comes > 0.0:
+                ticks = tick_at_face(f, face, t, x, y, per_time)
+            if ticks != OPEN and reach > 0.0:
+                return ticks
+            known = known and ticks != OPEN and deep
+            found = larger(found, ticks)
+    if known and corner >= 0:
+        corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
+        corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
+        found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
+        if found != NEVER and found != OPEN:
+            t = float(found) * plans.tick
+            known = is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t))
+    if not known and reach == 0.0:
+        return at_whole_tick(f, row, plans, as_count(into * per_time + 0.5), deep)
+    return found if known else OPEN
 
 
 @subroutine
