@@ -86,16 +86,16 @@ def _crossings(m: Difference, d: Path, start: int, way: int) -> Iterable[int]:
     def crossing(square: Polynomial, gap: Polynomial, there: list[Polynomial]) -> Iterable[int]:
         within = [a_tick_later(square), differences(gap)]
         within = within if way > 0 else [negated(each) for each in within]
-        return (low for low, _ in where(start, within, [a_tick_later(each) for each in there])[:1])
+        return (low for low, _ in where(start, within, there)[:1])
 
     for face in m.faces:
         g, end = _beyond(d, face), (face.start[0] + face.way[0], face.start[1] + face.way[1])
         over = [g, _along(d, face.way, face.start), negated(_along(d, face.way, end))]
-        yield from crossing(_squared(d, face, m.radius), g, over)
+        yield from crossing(_squared(d, face, m.radius), g, [a_tick_later(each) for each in over])
     for k, corner in enumerate(m.corners):
         q = _disc(d, corner, m.radius)
-        after, before = (_along(d, each, corner) for each in (m.ways[k], m.ways[k - 1]))
-        yield from crossing(q, q, [negated(after), before])
+        beside = [negated(_along(d, m.ways[k], corner)), _along(d, m.ways[k - 1], corner)]
+        yield from crossing(q, q, [*beside, *(a_tick_later(each) for each in beside)])
 
 
 def _first(found: Iterable[int | None]) -> int | None:

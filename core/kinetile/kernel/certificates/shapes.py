@@ -427,7 +427,7 @@ def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
 def grain_of_measure(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> float:
     """Return a power of two of which a measure is a multiple after a number of ticks, or its rate without
     accelerations; or 0."""
-    if kind == STRIP or kind == AWAY or (kind == GAP and f[w.row + RADIUS] > 0.0):
+    if kind == STRIP or (kind == GAP and f[w.row + RADIUS] > 0.0) or kind == AWAY:
         return 0.0
     way = math.inf
     for at in (TX, TX_LOW, TY, TY_LOW):
@@ -568,10 +568,9 @@ def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) ->
         if rises and sign_of(f, w, face, GAP, VALUE, 0) >= 0:
             return NEVER
     if deep and guess < LIMIT:
-        first = guess if is_inside(f, w, guess) else guess + 1
-        if (first > guess and is_inside(f, w, first)) or (first == guess and first > 0):
-            if first > guess or not is_inside(f, w, first - 1):
-                return first - 1
+        if is_inside(f, w, guess):
+            return guess - 1 if guess > 0 and not is_inside(f, w, guess - 1) else OPEN
+        return guess if is_inside(f, w, guess + 1) else OPEN
     return OPEN
 
 
@@ -737,18 +736,20 @@ def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
 
 @subroutine
 def across_corner(f: Numbers, w: Course, corner: int, turn: int, start: int) -> int:
-    """Return the first tick from ``start`` on at whose end a corner is nearest, and in which rule 5 holds of
-    the disc around it; or if ``turn`` is -1, of its outside."""
+    """Return the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule 5
+    holds of the disc around it; or if ``turn`` is -1, of its outside."""
     own = from_corner(f, corner, w.plans)
     tick = start
     while True:
         tick = closely(own, f[w.row + RADIUS], f[w.row + RADIUS_LOW], turn, 0, 0, tick)
-        if tick == NEVER:
+        there = first_beside(f, w, corner, tick) if tick != NEVER else NEVER
+        if there == NEVER:
             return NEVER
-        there = first_beside(f, w, corner, tick + 1)
-        if there == NEVER or there == tick + 1:
-            return NEVER if there == NEVER else int(tick)
-        tick = there - 1
+        if there == tick:
+            there = tick + 1
+            if first_beside(f, w, corner, there) == there:
+                return int(tick)
+        tick = there
 
 
 @subroutine
