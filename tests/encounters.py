@@ -512,6 +512,26 @@ def walls(rng: Rng, n: int) -> Rows:
     return np.column_stack([made[:, :3], -made[:, 3], np.zeros(n), made[:, 4]])
 
 
+def accelerated_walls(rng: Rng, n: int) -> np.ndarray:
+    """Returns rows of (far, near, radius, slope, pull, tick): of one size, of a lattice, touching but for
+    last bits, of any size, and with long ticks."""
+    kind = rng.integers(0, 5, n)
+    made = np.zeros((n, 6))
+    made[:, :3] = rng.random((n, 3)) * [2.0, 1.0, 0.25]
+    made[:, 3:5] = rng.normal(size=(n, 2))
+    made[:, 5] = 2.0**-52
+    dyadic = rng.integers([0, 0, 1, -16, -4], [17, 9, 3, 17, 5], (n, 5)) / [8, 8, 8, 8, 2]
+    vertex = made[:, 3] ** 2 / made[:, 4] / 2
+    made[kind == 2, 0] = (made[:, 1] + made[:, 2] + vertex * rng.integers(0, 2, n))[kind == 2]
+    made[kind == 2, 3] *= rng.choice([1.0, 1e-6, 1e-16, 0.0], n)[kind == 2]
+    made[kind == 1, :5] = dyadic[kind == 1]
+    sizes = np.where(rng.random((n, 5)) < 0.3, rng.integers(-200, 201, (n, 5)), rng.integers(-2, 3, (n, 5)))
+    made[kind == 3, :5] = np.ldexp(made[:, :5], sizes)[kind == 3]
+    made[kind == 3, 5] = np.ldexp(1.0, rng.choice([-952, -99, -70, -52], n))[kind == 3]
+    made[kind == 4, :5] = np.ldexp(dyadic, [0, 0, 0, 51, 102])[kind == 4]
+    return made
+
+
 FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
     "gas": gas,
     "dyadic": dyadic,
