@@ -313,7 +313,7 @@ def _settling_discs(rng: random.Random, lattice: bool) -> kt.Scene:
     rules = {("*", "*"): _settling(rng, slow=True), ("*", "wall"): _settling(rng)}
     while True:
         with suppress(SceneError):  # some pass through each other
-            return _discs(rng, lattice).replace(responses=rules)
+            return _discs(rng, lattice).replace(responses=rules, gravity=(0.0, -1.0))
 
 
 def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:

@@ -122,14 +122,17 @@ function firstTouch(seen, near, start) {
   return enters === null || (touches !== null && touches < enters) ? touches : enters;
 }
 
-/** The first n from a start on at which a face that d(n + 1) is over, or a corner that it is beside, comes nearer than R, or goes farther; never where `near` is above 0 at n + 1. */
+/** The first n from a start on at which a face that d(n + 1) is over, or a corner that it and d(n) are beside, comes nearer than R, or goes farther; never where `near` is above 0 at n + 1. */
 function firstOfFeatures(side, { faces, corners }, start, near = [0n]) {
   const cuts = [start + 1n, ...[near, ...faces.flatMap(({ g, u, past }) => [g, u, past])].flatMap((p) => signChanges(p, start + 1n))].sort(inOrder);
   for (const [i, low] of cuts.entries()) {
     const high = cuts[i + 1] ?? FAR + 1n; // from low on, before high, it is over or beside the same ones
     if (low === high || at(near, low) > 0n) continue;
     const there = [...faces.filter((face) => isOver(face, low)), ...corners.filter((corner) => isBeside(corner, low))];
-    const found = there.map(({ rest, grows }) => firstWhere((n) => goes(side, rest, grows, n), [rest, grows], low - 1n, high - 1n));
+    const found = there.map(({ rest, grows, from, to }) => {
+      const holds = (n) => goes(side, rest, grows, n) && isBeside({ from, to }, n); // of a face that is nothing more
+      return firstWhere(holds, [rest, grows, ...(from ? [from.u, to.past] : [])], low - 1n, high - 1n);
+    });
     const ticks = found.filter((n) => n !== null).sort(inOrder);
     if (ticks.length) return ticks[0];
   }

@@ -33,6 +33,7 @@ export function timeOfImpact(e, a, b) {
     }
     const [c, b, a] = [dot(at, at) - r * r, dot(at, v), dot(v, v)];
     const beside = [below(dot(after, at) - 1n, dot(after, v)), below(-1n - dot(before, at), -dot(before, v))];
+    beside.push(...beside.map(([low, high]) => [low + 1n, high + 1n])); // a tick before, too
     ticks.push(...first(discBelow(c, b, a), below(2n * b - a, 2n * a), ...beside)); // within it, and falling
   }
   const inside = faces.length > 2 ? both(...faces.map(({ g, w }) => below(g, w))) : EMPTY;

@@ -42,6 +42,7 @@ def time_of_impact(e, a, b):
                 ticks += first(below(g - ceil_sqrt(r * r * tt), w), *over)
         c, b, a = dot(at, at) - r * r, dot(at, v), dot(v, v)
         beside = [below(dot(after, at) - 1, dot(after, v)), below(-1 - dot(before, at), -dot(before, v))]
+        beside += [(low + 1, high + 1) for low, high in beside]  # a tick before, too
         ticks += first(disc_below(c, b, a), below(2 * b - a, 2 * a), *beside)  # within it, and falling
     inside = both(*(below(g, w) for g, w, _ in faces)) if len(faces) > 2 else EMPTY
     if r:
