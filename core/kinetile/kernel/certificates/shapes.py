@@ -427,7 +427,8 @@ def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
 def grain_of_measure(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> float:
     """Return a power of two of which a measure is a multiple after a number of ticks, or its rate without
     accelerations; or 0."""
-    if kind == STRIP or (kind == GAP and f[w.row + RADIUS] > 0.0) or kind == AWAY:
+    wide = kind == GAP and f[w.row + RADIUS] > 0.0
+    if wide or kind == STRIP or kind == AWAY:  # noqa: SIM109 - no tuple in a hook
         return 0.0
     way = math.inf
     for at in (TX, TX_LOW, TY, TY_LOW):
