@@ -71,16 +71,7 @@ roundings of terms of size 2 u, and ``times`` leaves out one of u^2.
 u^2 (|v| + |v2| + |a| te) more, so by 12 u^2 S; the first body's flight by (3 (|v| + |a| te / 2) + 4 |a| te +
 8 (|v| + |a| te / 2)) u^2 te. g is exact, as ``turns`` is whole, below 2^32; x2 - x + g is off by 3 u^2 (|x| +
 |x2| + |g|), and d + low, which is that less the flight, by 16 u^2 m; by 19 where a corner is taken off as
-well, which is part of m. b + c is exact, so b is 0 if and only if
-the accelerations are equal.
-
-*Q at a tick* (``gap_after``): t + rest is exact. With B = |b|, b/2 t is off by 4 u^2 B t, the sum with u + w
-by 12 u^2 S + 3 u^2 (S + B t / 2) more, times t by 8 u^2 (S + B t / 2) t more, and the sum with d + low by 16
-u^2 m + 3 u^2 (m + (S + B t / 2) t) more: together less than 2^-101 X, X = m + (S + B t) t. The square of a
-place x is off by 2 |x| 2^-101 X + 2^-202 X^2 + 8 u^2 x^2, the sums add 6 u^2 of the squares, and R^2 14 u^2
-of itself: so **2^-98** (|x| + 2^-50 X) X for each axis and R^2 is twice as much as needed. Underflow is
-negligible, since R is above SMALL and t below 2^10: it is off by less than 2^-1060 in a place, 2^-838 in Q,
-and 2^-98 R^2 > 2^-498.
+well, which is part of m. b + c is exact, so b is 0 if and only if the accelerations are equal.
 
 *Grains* (``grain_at``). At a whole tick n a separation is a multiple of a power of two: of the least of the
 lowest bits of both places and of what is added to them, and of the lowest bits of the velocities times those
