@@ -186,6 +186,10 @@ class Stage:
             next(result, None)
 
 
+OF_NOBODY = "there is no body "
+"""What an IndexError says."""
+
+
 def is_a_sentence(error: BaseException, name: str, odd: Any) -> bool:
     """Whether an error was raised on purpose, and names an argument, or the value that was found there."""
     frame = traceback.extract_tb(error.__traceback__)[-1]
@@ -196,7 +200,7 @@ def is_a_sentence(error: BaseException, name: str, odd: Any) -> bool:
     if isinstance(error, MissingExtra) or (name == "path" and isinstance(error, OSError)):  # there is no file
         return True
     text, words = str(error).lower(), (name.rstrip("s"), name.rpartition("_")[2].rstrip("s"), shown(odd))
-    said = any(word.lower() in text for word in (*words, *OTHER_WORDS.get(name, ()), "mistake"))
+    said = any(word.lower() in text for word in (*words, *OTHER_WORDS.get(name, ()), "mistake", OF_NOBODY))
     return ours and said
 
 

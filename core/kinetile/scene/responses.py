@@ -46,9 +46,14 @@ class Response:
         self.options: Mapping[str, Any] = plain(options)
 
     @property
+    def passes(self) -> bool:
+        """Whether it is that of bodies that pass through each other; False for a name that is no text."""
+        return isinstance(self.name, str) and self.name == PASS
+
+    @property
     def for_all(self) -> dict[Pair, Response]:
         """The rules that one response for a scene stands for: all bodies, and walls unless it is ``pass``."""
-        return dict.fromkeys([(ANY, ANY), (ANY, WALL)][: 1 if self.name == PASS else 2], self)
+        return dict.fromkeys([(ANY, ANY), (ANY, WALL)][: 1 if self.passes else 2], self)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Response) and (self.name, self.options) == (other.name, other.options)
@@ -141,7 +146,7 @@ def read_rules(
     rows = table(kinds, rules, mistakes)
     numbers = {name: number for number, name in enumerate(kinds)}
     number = np.array([numbers.get(name, 0) for name in each], dtype=np.int64)
-    return SceneRules(kinds, number, rules, np.array([[each.name == PASS for each in row] for row in rows]))
+    return SceneRules(kinds, number, rules, np.array([[each.passes for each in row] for row in rows]))
 
 
 def kinds_that_follow(
@@ -274,7 +279,7 @@ def _read_responses(
         response = Response(what) if isinstance(what, str) else what
         if not isinstance(response, Response):
             mistakes.append(Mistake(where, shown(what), _WANTED))
-        elif response.name == PASS and WALL in pair:
+        elif response.passes and WALL in pair:
             mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
         else:
             mistakes += _unusable(where, response)

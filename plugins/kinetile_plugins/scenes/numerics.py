@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import BadOption
+from kinetile.errors import BadOption, shown
 from kinetile.scene.values import SIZE
 
 Floats = npt.NDArray[np.float64]
@@ -190,8 +190,8 @@ def demand(granted: bool | np.bool_, sentence: str) -> None:
 
 def demand_number(name: str, number: int, least: int, why: str) -> None:
     """Raises BadOption if there are fewer bodies, or turns, than ``least``, or more than memory holds."""
-    demand(number >= least, f"{name} is {number}; {why}")
-    demand(number <= MOST, f"{name} is {number}; it is at most {MOST:,}, for memory would not hold more")
+    demand(number >= least, f"{name} is {shown(number)}; {why}")
+    demand(number <= MOST, f"{name} is {shown(number)}; it is at most {MOST:,}: memory would not hold more")
 
 
 def demand_density(density: float) -> None:

@@ -21,7 +21,7 @@ from installing import OWN, write_metadata
 from kinetile.errors import MissingExtra, PhaseError
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.toolbox import BroadPhaseParts
-from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, deadline, processes
+from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, checks, deadline, processes
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.processes import Child, Died, Message, in_a_child, pickled
@@ -68,8 +68,8 @@ def test_everything_that_is_wrong_with_the_parts_is_said_at_once() -> None:
     )
 
 
-def isolated(name: str, *checks: str, **more: Any) -> Report:
-    return check_broad_phase(name, checks=checks or ("same-contacts",), examples=4, **more)
+def isolated(name: str, *names: str, **more: Any) -> Report:
+    return check_broad_phase(name, checks=names or ("same-contacts",), examples=4, **more)
 
 
 @pytest.mark.small
@@ -177,7 +177,7 @@ def test_what_a_compiled_hook_does_stays_in_the_child(
 def test_the_other_checks_are_run_after_a_death() -> None:
     heard: list[Result] = []
     report = isolated(
-        *("crashes-in-arrange", "same-contacts", "its-features-are-known"),
+        *("crashes-in-arrange", "same-contacts-with-turns", "its-features-are-known"),
         on_result=heard.append,
         shrink=False,
     )
@@ -187,8 +187,16 @@ def test_the_other_checks_are_run_after_a_death() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.small
+def test_a_death_on_the_scenes_that_run_as_python_is_the_whole_report() -> None:
+    report = isolated("crashes-in-arrange", "same-contacts", "its-features-are-known", shrink=False)
+    assert [(result.check, result.status) for result in report.results] == [("same-contacts", "died")]
+
+
+@pytest.mark.slow
 def test_after_three_deaths_the_rest_is_not_run() -> None:
-    names = [check.name for check in CHECKS if check.observation.compares]  # others have a child of their own
+    # other checks have a child of their own, and a death in those that are run first ends it
+    names = [each.name for each in CHECKS if each.observation.compares and each.name not in checks.FIRST]
     report = isolated("crashes-in-arrange", *names, shrink=False)
     assert [result.status for result in report.results if result.status != "skipped"] == ["died"] * 3
     assert report.notes == (f"not run, after 3 deaths: {', '.join(names[len(report.results) :])}",)
@@ -246,7 +254,7 @@ def test_only_a_phase_of_this_process_needs_more_than_pickle(monkeypatch: pytest
 @pytest.mark.slow
 @pytest.mark.interpreted
 def test_an_error_of_the_kit_is_told_with_its_traceback() -> None:
-    report = isolated("breaks-the-kit", "same-contacts-with-responses", "same-contacts")
+    report = isolated("breaks-the-kit", "same-contacts-with-responses", "same-contacts-in-a-swarm")
     machine, minimiser = report.results
     assert (minimiser.status, machine.status) == ("failed", "not judged")
     for said in (machine.reason, minimiser.said):
