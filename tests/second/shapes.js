@@ -38,8 +38,8 @@ export function difference(a, b) {
     return { p, next, t, n: [t[1], minus(t[0])] };
   });
   faces.sort((f, g) => sign(cross(up(g.n), up(f.n))) || isUp(g.n) - isUp(f.n));
-  const strip = exact(corners.length > 1 ? 2 ** -39 * (a.extent + b.extent) : 0);
-  return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)), strip };
+  const strip = corners.length > 1 ? 2 ** -39 * (a.extent + b.extent) : 0;
+  return { corners, faces: corners.length > 1 ? faces : [], R: add(exact(a.r), exact(b.r)), strip: exact(strip), inner: exact(a.r + b.r - strip) };
 }
 
 /** The numbers of the faces of M with the largest g / |n| at a place. */

@@ -69,7 +69,8 @@ export function touchTick({ s, flight, reach }, M, met = false, from = s) {
   const counted = met ? firstCounted(flight, seen, M) : 0n;
   if (counted === null) return null;
   const start = from - s > counted ? from - s : counted;
-  const ticks = sign(M.R) > 0 ? firstTouch(seen, near, start) : firstVisit(seen.faces, flight, M, start);
+  const inner = M.faces.length && sign(M.inner) > 0 ? features(flight, { ...M, R: M.inner }) : null;
+  const ticks = sign(M.R) > 0 ? firstTouch(seen, inner, near, start) : firstVisit(seen.faces, flight, M, start);
   return ticks === null ? null : s + ticks;
 }
 
@@ -114,8 +115,21 @@ function isInside(faces, n) {
   return faces.length > 2 && faces.every(({ g }) => at(g, n) < 0n);
 }
 
-/** The first n from a start on at which two with R > 0 touch; never where `near` is above 0 at n + 1. */
-function firstTouch(seen, near, start) {
+/** The first n from a start on at which two with R > 0 touch, and come nearer than R' before they part, `inner` being the features for R', or null. */
+function firstTouch(seen, inner, near, start) {
+  for (let from = start; ; ) {
+    const begin = firstWithin(seen, near, from);
+    if (begin === null || inner === null) return begin;
+    const end = firstOfFeatures(FARTHER, seen, begin + 1n);
+    const deep = firstWithin(inner, near, begin);
+    if (deep !== null && (end === null || deep < end)) return begin;
+    if (end === null) return null;
+    from = end;
+  }
+}
+
+/** The first n from a start on at which two come within R; never where `near` is above 0 at n + 1. */
+function firstWithin(seen, near, start) {
   const { faces } = seen;
   const enters = faces.length > 2 ? firstWhere((n) => isInside(faces, n + 1n) && !isInside(faces, n), faces.map(({ g }) => g), start) : null;
   const touches = firstOfFeatures(NEARER, seen, start, faces.length ? near : [0n]);

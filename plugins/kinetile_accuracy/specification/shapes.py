@@ -34,16 +34,18 @@ class Difference:
     """The difference M of the cores of two shapes, the first less the second, and the sum of their radii, R.
     Its ``corners`` go anticlockwise from the one with the smallest x, then y, no three in one line, by these
     ``ways``; its ``faces`` are in the order of their numbers, two for a line, none for a point. ``flush`` is
-    the width of the strip."""
+    the width of the strip, and ``inner`` what it leaves of R, rounded."""
 
     def __init__(self, one: Shape, two: Shape) -> None:
         sizes = (each.radius + max(abs(c) for corner in each.core for c in corner) for each in (one, two))
         cores = [[tuple(map(ratio, corner)) for corner in each.core] for each in (one, two)]
-        radii, flush = [ratio(each.radius) for each in (one, two)], ratio(2.0**-39 * sum(sizes))
-        numbers = [flush, *radii, *(number for core in cores for corner in core for number in corner)]
+        strip = 2.0**-39 * sum(sizes)
+        flush, inner = ratio(strip), ratio((one.radius + two.radius) - strip)
+        radii = [ratio(each.radius) for each in (one, two)]
+        numbers = [flush, inner, *radii, *(number for core in cores for corner in core for number in corner)]
         self.bits = bits = max(fine for _, fine in numbers)
         whole = [[tuple(n << (bits - fine) for n, fine in corner) for corner in core] for core in cores]
-        self.flush = flush[0] << (bits - flush[1])
+        self.flush, self.inner = (n << (bits - fine) for n, fine in (flush, inner))
         self.radius = sum(n << (bits - fine) for n, fine in radii)
         self._outline({(x - x2, y - y2) for x, y in whole[0] for x2, y2 in whole[1]})
 
@@ -61,7 +63,8 @@ class Difference:
         if bits == self.bits:
             return self
         made, by = copy.copy(self), 1 << (bits - self.bits)
-        made.bits, made.radius, made.flush = bits, self.radius * by, self.flush * by
+        made.bits, made.radius = bits, self.radius * by
+        made.flush, made.inner = self.flush * by, self.inner * by
         made.corners, made.ways = ([(x * by, y * by) for x, y in each] for each in (self.corners, self.ways))
         made.faces = [Face(*((x * by, y * by) for x, y in face)) for face in self.faces]
         return made

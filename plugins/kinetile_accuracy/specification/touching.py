@@ -56,17 +56,16 @@ def parting_tick(m: Difference | None, flight: Separation, begun: int) -> int | 
     else:
         m, d = _in_one_unit(m, flight)
         exits = (first_fall(negated(_beyond(d, face)), start) for face in m.faces)
-        wait = _first(_crossings(m, d, start, -1) if m.radius else exits)
+        wait = _first(_crossings(m, d, m.radius, start, -1) if m.radius else exits)
     return None if wait is None else flight.since + wait
 
 
 def _contact(m: Difference, d: Path, start: int) -> int | None:
     """Returns the first n from ``start`` on that is the contact of the place d(n) with a difference of more
     than one corner (rule 5s); None: none."""
-    inside = where(start, [_beyond(d, face) for face in m.faces]) if len(m.faces) > 2 else []
     if m.radius:
-        entered = [low - 1 for low, _ in inside if low > start]
-        return _first([*_crossings(m, d, start, 1), *entered])
+        return _contact_with_margin(m, d, start)
+    inside = where(start, [_beyond(d, face) for face in m.faces]) if len(m.faces) > 2 else []
     deep = where(start, [negated(_squared(d, face, m.flush)) for face in m.faces])
     for low, high in inside:
         if not both([(low, high)], deep):
@@ -79,9 +78,28 @@ def _contact(m: Difference, d: Path, start: int) -> int | None:
     return None
 
 
-def _crossings(m: Difference, d: Path, start: int, way: int) -> Iterable[int]:
-    """Yields when d comes within R of a face that it is over then, or of a corner that it is beside, and
-    nearer (``way`` is 1); or out of that, and farther (-1)."""
+def _contact_with_margin(m: Difference, d: Path, start: int) -> int | None:
+    """Returns the first n from ``start`` on after which d comes nearer than R, and nearer than what the strip
+    leaves of it before it parts."""
+
+    def nearer(radius: int, start: int) -> int | None:
+        inside = where(start, [_beyond(d, face) for face in m.faces]) if len(m.faces) > 2 else []
+        entered = [low - 1 for low, _ in inside if low > start]
+        return _first([*_crossings(m, d, radius, start, 1), *entered])
+
+    while (begin := nearer(m.radius, start)) is not None and m.inner > 0:
+        deep, end = nearer(m.inner, begin), _first(_crossings(m, d, m.radius, begin + 1, -1))
+        if deep is not None and (end is None or deep < end):
+            break
+        if end is None:
+            return None
+        start = end
+    return begin
+
+
+def _crossings(m: Difference, d: Path, radius: int, start: int, way: int) -> Iterable[int]:
+    """Yields when d comes within a radius of a face that it is over then, or of a corner that it is beside,
+    and nearer (``way`` is 1); or out of that, and farther (-1)."""
 
     def crossing(square: Polynomial, gap: Polynomial, there: list[Polynomial]) -> Iterable[int]:
         within = [a_tick_later(square), differences(gap)]
@@ -91,9 +109,9 @@ def _crossings(m: Difference, d: Path, start: int, way: int) -> Iterable[int]:
     for face in m.faces:
         g, end = _beyond(d, face), (face.start[0] + face.way[0], face.start[1] + face.way[1])
         over = [g, _along(d, face.way, face.start), negated(_along(d, face.way, end))]
-        yield from crossing(_squared(d, face, m.radius), g, [a_tick_later(each) for each in over])
+        yield from crossing(_squared(d, face, radius), g, [a_tick_later(each) for each in over])
     for k, corner in enumerate(m.corners):
-        q = _disc(d, corner, m.radius)
+        q = _disc(d, corner, radius)
         beside = [negated(_along(d, m.ways[k], corner)), _along(d, m.ways[k - 1], corner)]
         yield from crossing(q, q, [*beside, *(a_tick_later(each) for each in beside)])
 

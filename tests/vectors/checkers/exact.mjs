@@ -9,36 +9,43 @@
 export function timeOfImpact(e, a, b) {
   const [extentA, extentB] = [a, b].map(({ core, radius }) => radius + Math.max(...core.flat().map(Math.abs)));
   const strip = 2 ** -39 * (extentA + extentB);
-  const lengths = [strip, ...[a, b].flatMap(({ core, radius, at }) => [...core.flat(), radius, ...at])];
+  const inner = a.radius + b.radius - strip;
+  const lengths = [strip, inner, ...[a, b].flatMap(({ core, radius, at }) => [...core.flat(), radius, ...at])];
   const size = Math.max(...lengths.map(places), ...[...a.v, ...b.v].map((z) => places(z) + 52 + e));
   const whole = (z) => scaled(z, size);
   const since = a.anchor > b.anchor ? a.anchor : b.anchor;
   const pace = (body) => body.v.map((z) => scaled(z, size - 52 - e));
   const here = (body) => body.at.map((z, i) => whole(z) + pace(body)[i] * (since - body.anchor));
-  const [d, v, r] = [less(here(b), here(a)), less(pace(b), pace(a)), whole(a.radius) + whole(b.radius)];
+  const [d, v] = [less(here(b), here(a)), less(pace(b), pace(a))];
   // b's place, seen from a's, meets the hull of all differences of corners, grown by r
   const corners = hull(a.core.flatMap((p) => b.core.map((q) => less(p.map(whole), q.map(whole)))));
   // d is sought among whole n: each condition holds in one run of them, and n is the first of all
   const ways = corners.map((p, i) => less(corners[(i + 1) % corners.length], p));
-  let ticks = [];
   const faces = [];
-  for (const [k, p] of corners.entries()) {
-    const [at, after, before] = [less(d, p), ways[k], ways.at(k - 1)];
-    if (after[0] || after[1]) {
-      const n = [after[1], -after[0]];
-      const [g, w, u, z, tt] = [dot(n, at), dot(n, v), dot(after, at), dot(after, v), dot(after, after)];
-      faces.push({ g, w, tt });
+  for (const [k, p] of corners.length > 1 ? corners.entries() : []) {
+    const [at, way] = [less(d, p), ways[k]];
+    const n = [way[1], -way[0]];
+    faces.push({ g: dot(n, at), w: dot(n, v), u: dot(way, at), z: dot(way, v), tt: dot(way, way) });
+  }
+  const inside = faces.length > 2 ? both(...faces.map(({ g, w }) => below(g, w))) : EMPTY;
+  const near = (r) => { // where b's place comes nearer than r to a face or a corner, and to a corner by falling
+    const ticks = 0n < inside[0] && inside[0] <= inside[1] ? [inside[0] - 1n] : [];
+    for (const { g, w, u, z, tt } of faces) {
       const over = [below(-1n - g, -w), below(-1n - u, -z), below(u - tt - 1n, z)];
       if (w < 0n) ticks.push(...first(below(g - rootAbove(r * r * tt), w), ...over));
     }
-    const [c, b, a] = [dot(at, at) - r * r, dot(at, v), dot(v, v)];
-    const beside = [below(dot(after, at) - 1n, dot(after, v)), below(-1n - dot(before, at), -dot(before, v))];
-    beside.push(...beside.map(([low, high]) => [low + 1n, high + 1n])); // a tick before, too
-    ticks.push(...first(discBelow(c, b, a), below(2n * b - a, 2n * a), ...beside)); // within it, and falling
-  }
-  const inside = faces.length > 2 ? both(...faces.map(({ g, w }) => below(g, w))) : EMPTY;
-  if (r) {
-    if (0n < inside[0] && inside[0] <= inside[1]) ticks.push(inside[0] - 1n);
+    for (const [k, p] of corners.entries()) {
+      const [at, after, before] = [less(d, p), ways[k], ways.at(k - 1)];
+      const [c, b, a] = [dot(at, at) - r * r, dot(at, v), dot(v, v)];
+      const beside = [below(dot(after, at) - 1n, dot(after, v)), below(-1n - dot(before, at), -dot(before, v))];
+      beside.push(...beside.map(([low, high]) => [low + 1n, high + 1n])); // a tick before, too
+      ticks.push(...first(discBelow(c, b, a), below(2n * b - a, 2n * a), ...beside));
+    }
+    return ticks;
+  };
+  let ticks = [];
+  if (a.radius + b.radius > 0) { // of what is straight, what comes nearer than the strip leaves does so before it parts
+    if (!faces.length || inner <= 0 || near(whole(inner)).length) ticks = near(whole(a.radius) + whole(b.radius));
   } else {
     const [width, depth] = [whole(strip), ({ g, tt }) => signedSquare(g) * (product / tt)];
     const product = faces.reduce((all, { tt }) => all * tt, 1n);

@@ -14,7 +14,10 @@ def time_of_impact(e, a, b):
     (core_a, ra, at_a, va, anchor_a), (core_b, rb, at_b, vb, anchor_b) = a, b
     extents = (r + max(map(abs, chain(*core))) for core, r in ((core_a, ra), (core_b, rb)))
     strip = 2.0**-39 * sum(extents)
-    lengths = max(z.as_integer_ratio()[1] for z in chain(*core_a, *core_b, (ra, rb, strip), at_a, at_b))
+    inner = (ra + rb) - strip
+    lengths = max(
+        z.as_integer_ratio()[1] for z in chain(*core_a, *core_b, (ra, rb, strip, inner), at_a, at_b)
+    )
     size = max(lengths, max(z.as_integer_ratio()[1] for z in (*va, *vb)) << 52 + e)
 
     def whole(z, size=size):
@@ -25,33 +28,38 @@ def time_of_impact(e, a, b):
     pace_a, pace_b = ([whole(z, size >> 52 + e) for z in v] for v in (va, vb))
     here = zip(at_a, pace_a, at_b, pace_b, strict=True)
     d = [whole(y) + w * (since - anchor_b) - whole(x) - v * (since - anchor_a) for x, v, y, w in here]
-    v, r = [w - v for v, w in zip(pace_a, pace_b, strict=True)], whole(ra) + whole(rb)
+    v = [w - v for v, w in zip(pace_a, pace_b, strict=True)]
     # b's place, seen from a's, meets the hull of all differences of corners, grown by r
     corners = hull({(whole(x) - whole(p), whole(y) - whole(q)) for x, y in core_a for p, q in core_b})
     # d is sought among whole n: each condition holds in one run of them, and n is the first of all
-    ways = [(p - x, q - y) for (x, y), (p, q) in zip(corners, corners[1:] + corners[:1], strict=True)]
-    ticks, faces = [], []
-    for k, (x, y) in enumerate(corners):
-        at, after, before = (d[0] - x, d[1] - y), ways[k], ways[k - 1]
-        if after != (0, 0):
-            n = after[1], -after[0]
-            g, w, u, z, tt = dot(n, at), dot(n, v), dot(after, at), dot(after, v), dot(after, after)
-            faces.append((g, w, tt))
+    ways = list(map(less, corners[1:] + corners[:1], corners))
+    faces = []
+    for corner, way in zip(corners, ways, strict=True) if len(corners) > 1 else ():
+        n, at = (way[1], -way[0]), less(d, corner)
+        faces.append((dot(n, at), dot(n, v), dot(way, at), dot(way, v), dot(way, way)))
+    inside = both(*(below(g, w) for g, w, *_ in faces)) if len(faces) > 2 else EMPTY
+
+    def near(r):
+        """Return where b's place comes nearer than r to a face or a corner, and to a corner by falling."""
+        ticks = [inside[0] - 1] if 0 < inside[0] <= inside[1] else []
+        for g, w, u, z, tt in faces:
             over = [below(-1 - g, -w), below(-1 - u, -z), below(u - tt - 1, z)]
-            if w < 0:
-                ticks += first(below(g - ceil_sqrt(r * r * tt), w), *over)
-        c, b, a = dot(at, at) - r * r, dot(at, v), dot(v, v)
-        beside = [below(dot(after, at) - 1, dot(after, v)), below(-1 - dot(before, at), -dot(before, v))]
-        beside += [(low + 1, high + 1) for low, high in beside]  # a tick before, too
-        ticks += first(disc_below(c, b, a), below(2 * b - a, 2 * a), *beside)  # within it, and falling
-    inside = both(*(below(g, w) for g, w, _ in faces)) if len(faces) > 2 else EMPTY
-    if r:
-        ticks += [inside[0] - 1] if 0 < inside[0] <= inside[1] else []
+            ticks += first(below(g - ceil_sqrt(r * r * tt), w), *over) if w < 0 else []
+        for k, corner in enumerate(corners):
+            at, after, before = less(d, corner), ways[k], ways[k - 1]
+            c, b, a = dot(at, at) - r * r, dot(at, v), dot(v, v)
+            beside = [below(dot(after, at) - 1, dot(after, v)), below(-1 - dot(before, at), -dot(before, v))]
+            beside += [(low + 1, high + 1) for low, high in beside]  # a tick before, too
+            ticks += first(disc_below(c, b, a), below(2 * b - a, 2 * a), *beside)
+        return ticks
+
+    if ra + rb:  # of what is straight, what comes nearer than the strip leaves does so before it parts
+        ticks = near(whole(ra) + whole(rb)) if not faces or inner <= 0 or near(whole(inner)) else []
     else:
         width = whole(strip)
-        deep = both(inside, *(below(g + isqrt(width * width * tt), w) for g, w, tt in faces))
-        nearest = max((Fraction(g * abs(g), tt) for g, _, tt in faces), default=None)
-        falls = all(w < 0 for g, w, tt in faces if Fraction(g * abs(g), tt) == nearest)
+        deep = both(inside, *(below(g + isqrt(width * width * tt), w) for g, w, *_, tt in faces))
+        nearest = max((Fraction(g * abs(g), tt) for g, *_, tt in faces), default=None)
+        falls = all(w < 0 for g, w, *_, tt in faces if Fraction(g * abs(g), tt) == nearest)
         visited = deep[0] <= deep[1] and (inside[0] > 0 or (falls and inside[1] > 0))
         ticks = [max(inside[0] - 1, 0)] if visited else []
     return since + min(ticks) if ticks and min(ticks) < FAR else None
@@ -84,6 +92,10 @@ def first(*runs):
     """Return [n], n + 1 being the first in all runs; [] if there is none."""
     low, high = both((1, FAR), *runs)
     return [low - 1] if low <= high else []
+
+
+def less(a, b):
+    return a[0] - b[0], a[1] - b[1]
 
 
 def dot(a, b):

@@ -12,7 +12,7 @@ margin, a place may enter where M is only grazed, by no more than what is flush:
 is deeper at one whole tick, half way through (``is_deep``).
 
 *Measures* of d(n) at whole ticks n, for all plans: how far d is beyond the line of a face, moved out by R
-(``GAP``), moved in by the strip (``STRIP``) or as it is (``LINE``); and how far along a face, from its first
+(``GAP``), by R less the strip (``STRIP``) or as it is (``LINE``); and how far along a face, from its first
 corner (``ALONG``) and from its last (``BEYOND``). Each is of degree 2 in n. So it falls on one side of its
 vertex and rises on the other, and the first tick from some n on at which it is below 0 is found by bisection,
 from a guess in doubles (``next_below``). The first tick at which several are is found by asking one after the
@@ -24,7 +24,8 @@ ends soon.
   counts began by a rounding: contact is in the first tick in which d falls towards the faces that were
   nearest.
 * *With a margin* the contact is in the first tick in which d comes nearer to the corner or the face that is
-  nearest at the tick's end, and is within R of it there: for a corner rule 5. Or it comes into M at once.
+  nearest at the tick's end, and is within R of it there: for a corner rule 5. Or it comes into M at once. It
+  counts if d comes nearer than R less the strip in the same way, before it parts.
 * *Parting* is the same with the sense turned round: the first tick in which d comes to be beyond a face, or
   farther than R from what is nearest.
 
@@ -42,6 +43,10 @@ u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
   crossed inwards last, whether any is crossed outwards before, and, at that time, whether the place is over
   the face or beyond one of its corners. Rates within their error, ties of two faces and starts on a line are
   left open.
+- *Deeper by the strip.* From the line of a face that takes speed / rate times the strip; from the disc around
+  a corner at most R w |v| / root, w being the strip and root^2 = (R - w)^2 |v|^2 - (d x v)^2, since roots of
+  A and B differ by at most (A - B) / (2 root of B). On that way the place is still to be over the face, or
+  beside the corner.
 - *Room for a tick.* What holds at a crossing is to hold at the tick's end as well: a way of a tick is added
   to what a place is to be over or beside a face, and a margin is to be wider than four.
 - *A corner.* From a tip, outside the margin but inside the lines of two faces, only the disc around their
@@ -142,6 +147,7 @@ from kinetile.kernel.certificates.shapes_exactly import (
     VALUE,
     WIDE,
     farther_out,
+    margin_of,
     next_corner,
     sign_exactly,
 )
@@ -357,9 +363,11 @@ def measured(f: Numbers, w: Course, face: int, kind: int, order: int, count: int
             extra = f[face + FAR_OUT]
             extra_low = f[face + FAR_LOW]
         if kind == STRIP:
-            within = f[w.row + FLUSH] * math.sqrt(vx * vx + vy * vy)
+            width, _ = margin_of(f, w.row, STRIP)
+            within = (f[w.row + RADIUS] - width) + f[w.row + RADIUS_LOW]
+            within *= math.sqrt(vx * vx + vy * vy)
             extra, extra_low = total(extra, extra_low, -within, 0.0)
-            unsure = 2.0**-50 * within
+            unsure = 2.0**-50 * abs(within)
     elif order == RATE:
         t, rest = total(t, rest, 0.5 * w.plans.tick, 0.0)
         ax, ax_low = times(w.x.b, w.x.c, t, rest)
@@ -416,7 +424,8 @@ def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
     if kind == AWAY:
         size += (w.x.size + abs(f[face + CX])) * x_size + (w.y.size + abs(f[face + CY])) * y_size
     elif order == VALUE and kind <= STRIP:
-        away = (f[w.row + RADIUS] if kind == GAP else -f[w.row + FLUSH]) * math.sqrt(vx * vx + vy * vy)
+        width, _ = margin_of(f, w.row, kind)
+        away = width * math.sqrt(vx * vx + vy * vy)
         value -= away
         size += abs(away)
     error = 2.0**-48 * size + TINY
@@ -643,10 +652,14 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         elif gap < highest - 2.0 * doubt:
             continue
         over = True
+        sinks = deep
         if reach > 0.0:
             around = doubt + speed * error + way
             first, last = along_face(f, row, face, x, y, t)
             over = first > around and last < -around
+            if over and comes > 0.0:  # it is to be over the face until it is a strip deeper
+                further = around + speed * (error + f[row + FLUSH] / (-rate - slack)) + way
+                sinks = first > further and last < -further
             nearest = face if first < -around else next_corner(f, row, face)
             if not over:
                 known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
@@ -655,9 +668,9 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             ticks = OPEN
             if comes > 0.0:
                 ticks = tick_at_face(f, face, t, x, y, per_time)
-            if ticks != OPEN and reach > 0.0:
+            if ticks != OPEN and reach > 0.0 and sinks:
                 return ticks
-            known = known and ticks != OPEN and deep
+            known = known and ticks != OPEN and sinks
             found = larger(found, ticks)
     if known and corner >= 0:
         corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
@@ -665,7 +678,11 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
         if found != NEVER and found != OPEN:
             t = float(found) * plans.tick
-            known = is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t))
+            inner = reach - (f[row + FLUSH] + 2.0 * doubt + way)
+            cross = corner_x.d * y.u - corner_y.d * x.u
+            root = math.sqrt(larger(inner * inner * (x.u * x.u + y.u * y.u) - cross * cross, 0.0))
+            around = 2.0 * (doubt + way + slack * t) * root + reach * (reach - inner) * speed
+            known = inner > 0.0 and root > 0.0 and is_beside(f, row, corner, x, y, t, around / root)
     if not known and reach == 0.0:
         return at_whole_tick(f, row, plans, as_count(into * per_time + 0.5), deep)
     return found if known else OPEN
@@ -736,13 +753,14 @@ def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
 
 
 @subroutine
-def across_corner(f: Numbers, w: Course, corner: int, turn: int, start: int) -> int:
+def across_corner(f: Numbers, w: Course, corner: int, kind: int, turn: int, start: int) -> int:
     """Return the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule 5
-    holds of the disc around it; or if ``turn`` is -1, of its outside."""
+    holds of the disc around it, of the margin that ``kind`` has; or if ``turn`` is -1, of its outside."""
     own = from_corner(f, corner, w.plans)
+    margin, low = margin_of(f, w.row, kind)
     tick = start
     while True:
-        tick = closely(own, f[w.row + RADIUS], f[w.row + RADIUS_LOW], turn, 0, 0, tick)
+        tick = closely(own, margin, low, turn, 0, 0, tick)
         there = first_beside(f, w, corner, tick) if tick != NEVER else NEVER
         if there == NEVER:
             return NEVER
@@ -754,13 +772,13 @@ def across_corner(f: Numbers, w: Course, corner: int, turn: int, start: int) -> 
 
 
 @subroutine
-def across_face(f: Numbers, w: Course, face: int, turn: int, over: int, start: int) -> int:
-    """Return the first tick from ``start`` on at whose end a place is within R of the line of a face, and in
-    which it comes nearer; or if ``turn`` is -1, is beyond that and goes away. If ``over`` is 1, at whose end
-    it is over the face."""
+def across_face(f: Numbers, w: Course, face: int, kind: int, turn: int, over: int, start: int) -> int:
+    """Return the first tick from ``start`` on at whose end a place is within a margin, ``kind``, of the line
+    of a face, and in which it comes nearer; or if ``turn`` is -1, is beyond that and goes away. If ``over``
+    is 1, at whose end it is over the face."""
     here = start + 1
     while True:
-        there = next_below(f, w, face, GAP, turn, 0, here)
+        there = next_below(f, w, face, kind, turn, 0, here)
         if over > 0:
             there = next_below(f, w, face, ALONG, -1, 1, there)
             there = next_below(f, w, face, BEYOND, 1, 1, there)
@@ -773,13 +791,13 @@ def across_face(f: Numbers, w: Course, face: int, turn: int, over: int, start: i
 
 
 @subroutine
-def across_any(f: Numbers, w: Course, turn: int, start: int) -> int:
-    """Return the first tick from ``start`` on in which a place comes within R of a face or a corner that is
-    nearest at its end, or is farther, as ``turn`` says."""
+def across_any(f: Numbers, w: Course, kind: int, turn: int, start: int) -> int:
+    """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
+    a corner that is nearest at its end, or is farther, as ``turn`` says."""
     found = NEVER
     for this in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
-        found = smaller(found, across_face(f, w, this, turn, 1, start))
-        found = smaller(found, across_corner(f, w, this, turn, start))
+        found = smaller(found, across_face(f, w, this, kind, turn, 1, start))
+        found = smaller(found, across_corner(f, w, this, kind, turn, start))
     return int(found)
 
 
@@ -835,9 +853,9 @@ def first_visit(f: Numbers, w: Course, start: int) -> int:
 
 
 @subroutine
-def first_within(f: Numbers, w: Course, start: int) -> int:
-    """Return the tick of contact where there is a margin, from ``start`` on."""
-    found = across_any(f, w, 1, start)
+def first_within(f: Numbers, w: Course, kind: int, start: int) -> int:
+    """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of M."""
+    found = across_any(f, w, kind, 1, start)
     if f[w.row + COUNT] > 2.0:
         inside = first_inside(f, w, LINE, start)
         if inside == start:
@@ -845,6 +863,22 @@ def first_within(f: Numbers, w: Course, start: int) -> int:
         if inside < NEVER and inside - 1 < found:
             return int(inside - 1)
     return found
+
+
+@subroutine
+def first_touch(f: Numbers, w: Course, start: int) -> int:
+    """Return the tick of contact where there is a margin, from ``start`` on."""
+    here = start
+    while True:
+        begins = first_within(f, w, GAP, here)
+        if begins == NEVER or f[w.row + RADIUS] <= f[w.row + FLUSH]:
+            return begins
+        ends = across_any(f, w, GAP, -1, begins + 1)
+        if first_within(f, w, STRIP, begins) < ends:
+            return begins
+        if ends == NEVER:
+            return NEVER
+        here = ends
 
 
 @subroutine
@@ -856,7 +890,7 @@ def enters_by_measures(f: Numbers, row: int, plans: Plans, met: int, since: int)
         start = larger(start, counts_after(f, w))
     if start >= LIMIT:
         return NEVER
-    return first_visit(f, w, start) if f[row + RADIUS] == 0.0 else first_within(f, w, start)
+    return first_visit(f, w, start) if f[row + RADIUS] == 0.0 else first_touch(f, w, start)
 
 
 @subroutine
@@ -864,10 +898,10 @@ def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
     """Return what ``leaves`` does, of a difference that is no point."""
     w = course_of(row, plans)
     if f[row + RADIUS] > 0.0:
-        return across_any(f, w, -1, since)
+        return across_any(f, w, GAP, -1, since)
     found = NEVER
     for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
-        found = smaller(found, across_face(f, w, face, -1, 0, since))
+        found = smaller(found, across_face(f, w, face, GAP, -1, 0, since))
     return int(found)
 
 

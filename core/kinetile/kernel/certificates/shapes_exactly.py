@@ -1,14 +1,13 @@
-"""Measures of accelerated convex bodies in whole numbers: the last resort, right for all that has room.
+"""Measures of convex bodies in whole numbers: the last resort, right for all that has room.
 
-A measure (``bent_convex``) is a product of two vectors: of a place, of what a tick adds to it, or of what it
+A measure (``shapes``) is a product of two vectors: of a place, of what a tick adds to it, or of what it
 bends by; and of a vector along a face of the difference of two shapes, or across it, or from a corner. At
 whole ticks all of them are whole numbers times a power of two. The distance of a line from that of a face is
 a multiple of the vector's length, a root, so squares are compared: products of four. Which of two faces a
 place is farther out of is a question of products of six.
 
-Rows are those of ``convex_integers``, and two more for H, half the acceleration times the square of a tick,
-as ``bent_integers`` has it: with its room for the square of a count. Products of six take 6 x 11 cells for
-less than 58.
+Rows are those of ``discs_exactly``, among them H, half the acceleration times the square of a tick, with room
+for the square of a count.
 """
 
 from __future__ import annotations
@@ -58,9 +57,9 @@ WHOLE = 32 * CELLS
 
 
 GAP, STRIP, LINE, ALONG, BEYOND, AWAY = range(6)
-"""Measures: beyond the line of a face moved out by R, or in by the strip, or as it is; along a face from its
-first corner, and from its last; and, of rates alone, away from a corner, from where the place is at the later
-anchor."""
+"""Measures: beyond the line of a face moved out by R, or by R less the strip, or as it is; along a face from
+its first corner, and from its last; and, of rates alone, away from a corner, from where the place is at the
+later anchor."""
 
 VALUE, RATE, BEND = range(3)
 """What is asked of a measure: itself, what a tick adds to it, and half of what that changes by."""
@@ -71,6 +70,14 @@ def next_corner(f: Numbers, row: int, face: int) -> int:
     """Return the corner at the end of a face."""
     after = face + WIDE
     return after if after < row + HEAD + int(f[row + COUNT]) * WIDE else row + HEAD
+
+
+@hook
+def margin_of(f: Numbers, row: int, kind: int) -> tuple[float, float]:
+    """Return how far lines are moved out, a sum of two doubles: by R, or by R' of rule 5s, below 0 for in."""
+    if kind == GAP:
+        return f[row + RADIUS], f[row + RADIUS_LOW]
+    return f[row + RADIUS] - f[row + FLUSH], 0.0
 
 
 @subroutine
@@ -200,11 +207,12 @@ def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: 
     sign = cross(m, GAP_OF, AX, AY, WAY_X, WAY_Y, first, end)
     if order != VALUE or kind == LINE:
         return sign
-    if kind == GAP:
-        if f[row + RADIUS] == 0.0 or sign <= 0:
-            return sign if f[row + RADIUS] == 0.0 else -1
-        return compared(m, GAP_OF, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
-    return 1 if sign >= 0 else -compared(m, GAP_OF, f[row + FLUSH], 0.0, first, end)
+    width, low = margin_of(f, row, kind)
+    if width == 0.0:
+        return sign
+    if width < 0.0:
+        return 1 if sign >= 0 else -compared(m, GAP_OF, width, low, first, end)
+    return -1 if sign <= 0 else compared(m, GAP_OF, width, low, first, end)
 
 
 @apart
