@@ -60,7 +60,8 @@ class Question:
     """Two bodies on their paths; the second is seen some periods away, or there are none."""
 
     def __init__(self, rng: random.Random, hard: bool = False) -> None:
-        """Draw a question; a ``hard`` one may have speeds of 2^-40 to 2^40, none, and sides of 20 to 1."""
+        """Draw a question; a ``hard`` one may have speeds of 2^-40 to 2^40, none, one with which it
+        creeps, and sides of 20 to 1."""
         lattice = rng.choice((1, 2, 4, 16, 1 << 20, 0, 0))
 
         def number(size: float) -> float:
@@ -113,6 +114,10 @@ class Question:
             self.elapsed = int(self.elapsed / max(faster, 1.0))
             self.v, self.v2 = (tuple(faster * v for v in each) for each in (self.v, self.v2))
             self.v2 = self.v if rng.random() < 0.05 else self.v2
+            if rng.random() < 0.3:  # they creep: by about the strip in all ticks that are asked
+                turn, speed = rng.uniform(0.0, 6.3), 2.0 ** (rng.randint(-6, 6) - 101) / self.tick
+                self.elapsed, self.v = 0, (0.0, 0.0)
+                self.v2 = speed * math.cos(turn), rng.choice((0.0, 1.0)) * speed * math.sin(turn)
         self.periods = self.turns = 0.0, 0.0
         if rng.random() < 0.4:
             self.periods = tuple(rng.choice((0.0, 5.0 + abs(number(3.0)))) for _ in range(2))

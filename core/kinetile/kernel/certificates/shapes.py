@@ -599,11 +599,12 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
     doubt = 2.0**-48 * size
     slack = 2.0**-50 * speed
     way = speed * plans.tick
+    last_time = FAR * plans.tick
     into = -math.inf
     into_error = 0.0
     latest = -math.inf
     out = math.inf
-    stays = math.inf
+    stays = last_time  # what is deep later does not count
     highest = -math.inf
     known = reach == 0.0 or reach > 4.0 * way + doubt
     for face in range(faces, faces + count * WIDE, WIDE):
@@ -658,8 +659,9 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             first, last = along_face(f, row, face, x, y, t)
             over = first > around and last < -around
             if over and comes > 0.0:  # it is to be over the face until it is a strip deeper
-                further = around + speed * (error + f[row + FLUSH] / (-rate - slack)) + way
-                sinks = first > further and last < -further
+                sinking = error + f[row + FLUSH] / (-rate - slack)
+                further = around + speed * sinking + way
+                sinks = first > further and last < -further and t + sinking < last_time
             nearest = face if first < -around else next_corner(f, row, face)
             if not over:
                 known = known and (first < -around or last > around) and (corner < 0 or corner == nearest)
@@ -681,8 +683,9 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             inner = reach - (f[row + FLUSH] + 2.0 * doubt + way)
             cross = corner_x.d * y.u - corner_y.d * x.u
             root = math.sqrt(larger(inner * inner * (x.u * x.u + y.u * y.u) - cross * cross, 0.0))
-            around = 2.0 * (doubt + way + slack * t) * root + reach * (reach - inner) * speed
-            known = inner > 0.0 and root > 0.0 and is_beside(f, row, corner, x, y, t, around / root)
+            around = 2.0 * (doubt + way + slack * t) + reach * (reach - inner) * speed / root
+            known = inner > 0.0 and root > 0.0 and t + 2.0 * around / speed < last_time
+            known = known and is_beside(f, row, corner, x, y, t, around)
     if not known and reach == 0.0:
         return at_whole_tick(f, row, plans, as_count(into * per_time + 0.5), deep)
     return found if known else OPEN
@@ -946,14 +949,15 @@ def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
 @apart
 def comes_nearer(f: Numbers, row: int, face: int, plans: Plans) -> int:
     """Return 1 if a second body comes nearer to a face of a first in the tick after the later anchor,
-    exactly; else 0. Before: both plans are anchored there."""
+    exactly; else 0."""
     x = plans.x
     y = plans.y
     half = 0.5 * plans.tick
-    across = f[face + TY] * ((x.v2 - x.v) + half * (x.a2 - x.a))
-    up = f[face + TX] * ((y.v2 - y.v) + half * (y.a2 - y.a))
-    size = abs(f[face + TY]) * (abs(x.v2) + abs(x.v) + half * (abs(x.a2) + abs(x.a)))
-    size += abs(f[face + TX]) * (abs(y.v2) + abs(y.v) + half * (abs(y.a2) + abs(y.a)))
+    time = plans.elapsed * plans.tick + half  # since the first one's anchor
+    across = f[face + TY] * ((x.v2 + half * x.a2) - (x.v + time * x.a))
+    up = f[face + TX] * ((y.v2 + half * y.a2) - (y.v + time * y.a))
+    size = abs(f[face + TY]) * (abs(x.v2) + half * abs(x.a2) + (abs(x.v) + time * abs(x.a)))
+    size += abs(f[face + TX]) * (abs(y.v2) + half * abs(y.a2) + (abs(y.v) + time * abs(y.a)))
     if abs(across - up) > 2.0**-48 * size + TINY:
         return 1 if across < up else 0
     return 1 if sign_of(f, course_of(row, plans), face, LINE, RATE, 0) < 0 else 0
