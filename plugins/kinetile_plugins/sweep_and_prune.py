@@ -46,8 +46,7 @@ overlap. A body's own images are no pairs: their gap never changes. An axis with
 ends, and places below ``TURN``, so all of this holds there too.
 
 The hooks are made for a number of lists, along the axes or slanted, and for scenes with or without periodic
-axes. All that is constant in them, so the compiled loop has no code for the rest. Directions are in the
-state, so all choices of one number of slanted ones have one loop.
+axes (``constants``). Directions are in the state, so all choices of one number of slanted ones have one loop.
 """
 
 from __future__ import annotations
@@ -82,6 +81,7 @@ from kinetile.toolbox import (
     unchecked,
 )
 
+from .constants import with_constants
 from .sorted_bounds import Lengths, Lists, audit_bounds, draw_bounds, offset, offsets
 
 PLACE = 4
@@ -169,291 +169,308 @@ def _stride(end: int) -> int:
     return max(2 * PLACE, 1 << (2 * end - 1).bit_length())
 
 
-@cache
-def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any]:
-    """Returns the hooks, by their names.
+FIRST, BEYOND = 0, 2
+"""The first of a body's bounds that is sorted, and the one behind the last: of one list along x, as all
+constants down to the hooks. ``_hooks`` puts others in their place."""
 
-    Args:
-        first: the first of a body's bounds that is sorted.
-        end: the one behind the last.
-        circular: whether an axis of the scene is periodic.
-        slanted: whether lists are along lines of any direction, not along the axes.
+CIRCULAR = SLANTED = False
+"""Whether an axis of the scene is periodic; whether lists are along lines of any direction, not the axes."""
+
+COUNT, STRIDE, PLACE_AT, SHIFT = 1, 2 * PLACE, PLACE, 3
+"""How many lists there are; a body's numbers in ``bounds``; those from a tick to its place; log2 STRIDE."""
+
+
+@hook
+def own_list(bound: int) -> int:
+    """Returns which of the lists a bound is in."""
+    return (bound & (PLACE_AT - 1)) >> 1
+
+
+@hook
+def along(s: State, bound: int, x: float, y: float) -> float:
+    """Returns the share of a vector along the slanted line of a bound's list."""
+    at = 4 * own_list(bound)
+    return float(s.lines[at] * x + s.lines[at + 1] * y)
+
+
+@hook
+def period_of(k: Kernel, bound: int) -> float:
+    """Returns the period of a bound's axis, or 0."""
+    if not CIRCULAR:
+        return 0.0
+    torus = k.clock[0].torus
+    return float(torus.x if bound & 2 == 0 else torus.y)
+
+
+@hook
+def slot_of(s: State, bound: int) -> int:
+    """Returns where a bound is in ``order``."""
+    return int(s.bounds[bound + PLACE_AT] & (TURN - 1)) if CIRCULAR else int(s.bounds[bound + PLACE_AT])
+
+
+@hook
+def first_slot(s: State, bound: int) -> int:
+    """Returns where the list of a bound begins in ``order``."""
+    return 1 + own_list(bound) * (len(s.order) // COUNT) if COUNT > 1 else 1
+
+
+@hook
+def before(k: Kernel, s: State, bound: int) -> int:
+    """Returns the bound left of a bound, or END; all present bodies have bounds in the list."""
+    slot = slot_of(s, bound)
+    left = s.order[slot - 1]
+    if CIRCULAR and left == END and period_of(k, bound) > 0.0:
+        left = s.order[slot + 2 * k.clock[0].present - 1]
+    return int(left)
+
+
+@hook
+def behind(k: Kernel, s: State, bound: int) -> int:
+    """Returns the bound right of a bound, or END."""
+    right = s.order[slot_of(s, bound) + 1]
+    if CIRCULAR and right == END and period_of(k, bound) > 0.0:
+        right = s.order[first_slot(s, bound)]
+    return int(right)
+
+
+@hook
+def edge(k: Kernel, s: State, bound: int, at: int) -> float:
+    """Returns where a bound is at a tick, by the place of its body's plan."""
+    body = k.bodies[bound >> SHIFT]
+    x, y = position_at(k, body, at)
+    if SLANTED:
+        line = 4 * own_list(bound)
+        away = s.lines[line + 2] * body.reach + s.lines[line + 3]
+        place = along(s, bound, x, y)
+        return float(place + away if bound & 1 else place - away)
+    return float((x if bound & 2 == 0 else y) + offset(k, body, bound & 3))
+
+
+@hook
+def rate_between(k: Kernel, s: State, left: int, right: int) -> float:
+    """Returns the rate of the gap between two bounds of a list. Along a slanted line it is the difference
+    of one number of each, so that any three have an order by it."""
+    p = k.bodies[left >> SHIFT]
+    q = k.bodies[right >> SHIFT]
+    if SLANTED:
+        return along(s, right, q.vx, q.vy) - along(s, left, p.vx, p.vy)
+    return float(q.vx - p.vx if left & 2 == 0 else q.vy - p.vy)
+
+
+@hook
+def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
+    """Returns how far a bound is right of the one before it in the order: its first image behind that."""
+    gap = edge(k, s, right, at) - edge(k, s, left, at)
+    if CIRCULAR:
+        one = k.images[left >> SHIFT]
+        other = k.images[right >> SHIFT]
+        taken_off = other.kx - one.kx if left & 2 == 0 else other.ky - one.ky
+        away = s.bounds[left + PLACE_AT] - s.bounds[right + PLACE_AT] + taken_off * TURN
+        gap += ((away >> BITS) + 1) * period_of(k, left)
+    return float(gap)
+
+
+@hook
+def watch(k: Kernel, s: State, left: int, right: int) -> None:
+    """Watches the gap between two neighbours on an axis, for the body of the left one."""
+    due = NEVER
+    if right != END:
+        since = larger(k.bodies[left >> SHIFT].anchor, k.bodies[right >> SHIFT].anchor)
+        gap = gap_between(k, s, left, right, since)
+        due = falls(k, since, gap, rate_between(k, s, left, right))
+    s.bounds[left] = due
+    own = left & -PLACE_AT
+    soonest = smaller(s.bounds[own + FIRST], s.bounds[own + FIRST + 1])
+    for bound in range(own + FIRST + 2, own + BEYOND, 2):
+        soonest = smaller(soonest, smaller(s.bounds[bound], s.bounds[bound + 1]))
+    schedule(k, left >> SHIFT, soonest)
+
+
+@hook
+def overlaps(s: State, one: int, other: int) -> int:
+    """Returns through how many images two bodies overlap in a list, given their Ls there.
+
+    Those are the whole turns by which the second can be moved for its R to be right of the first one's L,
+    and its L left of the first one's R.
     """
-    count = (end - first) >> 1
-    stride = _stride(end)
-    place_at = stride >> 1
-    shift = stride.bit_length() - 1
+    one += PLACE_AT
+    other += PLACE_AT
+    if not CIRCULAR:
+        return int(s.bounds[one] < s.bounds[other + 1] and s.bounds[other] < s.bounds[one + 1])
+    most = s.bounds[one + 1] - s.bounds[other]
+    least = s.bounds[one] - s.bounds[other + 1]
+    return int((most - (least & -TURN)) >> BITS)
 
-    @hook
-    def own_list(bound: int) -> int:
-        return (bound & (place_at - 1)) >> 1
 
-    @hook
-    def along(s: State, bound: int, x: float, y: float) -> float:
-        """Returns the share of a vector along the slanted line of a bound's list."""
-        at = 4 * own_list(bound)
-        return float(s.lines[at] * x + s.lines[at + 1] * y)
+@hook
+def elsewhere(s: State, one: int, other: int) -> int:
+    """Returns through how many images two bodies overlap in all lists but that of two of their bounds."""
+    times = 1
+    if COUNT == 2:
+        times = overlaps(s, (one ^ 2) & -2, (other ^ 2) & -2)
+    elif COUNT > 2:
+        for bound in range(FIRST, BEYOND, 2):
+            if times and bound != one & (PLACE_AT - 2):
+                times *= overlaps(s, (one & -STRIDE) + bound, (other & -STRIDE) + bound)
+    return times
 
-    @hook
-    def period_of(k: Kernel, bound: int) -> float:
-        if not circular:
-            return 0.0
-        torus = k.clock[0].torus
-        return float(torus.x if bound & 2 == 0 else torus.y)
 
-    @hook
-    def slot_of(s: State, bound: int) -> int:
-        return int(s.bounds[bound + place_at] & (TURN - 1)) if circular else int(s.bounds[bound + place_at])
+@hook
+def holds(s: State, a: int, b: int) -> int:
+    """Returns through how many images the intervals of two bodies overlap in all lists."""
+    one = STRIDE * a + FIRST
+    other = STRIDE * b + FIRST
+    return overlaps(s, one, other) * elsewhere(s, one, other)
 
-    @hook
-    def first_slot(s: State, bound: int) -> int:
-        return 1 + own_list(bound) * (len(s.order) // count) if count > 1 else 1
 
-    @hook
-    def before(k: Kernel, s: State, bound: int) -> int:
-        """Returns the bound left of a bound, or END; all present bodies have bounds in the list."""
-        slot = slot_of(s, bound)
-        left = s.order[slot - 1]
-        if circular and left == END and period_of(k, bound) > 0.0:
-            left = s.order[slot + 2 * k.clock[0].present - 1]
-        return int(left)
-
-    @hook
-    def behind(k: Kernel, s: State, bound: int) -> int:
-        """Returns the bound right of a bound, or END."""
-        right = s.order[slot_of(s, bound) + 1]
-        if circular and right == END and period_of(k, bound) > 0.0:
-            right = s.order[first_slot(s, bound)]
-        return int(right)
-
-    @hook
-    def edge(k: Kernel, s: State, bound: int, at: int) -> float:
-        """Returns where a bound is at a tick, by the place of its body's plan."""
-        body = k.bodies[bound >> shift]
-        x, y = position_at(k, body, at)
-        if slanted:
-            line = 4 * own_list(bound)
-            away = s.lines[line + 2] * body.reach + s.lines[line + 3]
-            place = along(s, bound, x, y)
-            return float(place + away if bound & 1 else place - away)
-        return float((x if bound & 2 == 0 else y) + offset(k, body, bound & 3))
-
-    @hook
-    def rate_between(k: Kernel, s: State, left: int, right: int) -> float:
-        """Returns the rate of the gap between two bounds of a list. Along a slanted line it is the difference
-        of one number of each, so that any three have an order by it."""
-        p = k.bodies[left >> shift]
-        q = k.bodies[right >> shift]
-        if slanted:
-            return along(s, right, q.vx, q.vy) - along(s, left, p.vx, p.vy)
-        return float(q.vx - p.vx if left & 2 == 0 else q.vy - p.vy)
-
-    @hook
-    def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
-        """Returns how far a bound is right of the one before it in the order: its first image behind that."""
-        gap = edge(k, s, right, at) - edge(k, s, left, at)
-        if circular:
-            one = k.images[left >> shift]
-            other = k.images[right >> shift]
-            taken_off = other.kx - one.kx if left & 2 == 0 else other.ky - one.ky
-            away = s.bounds[left + place_at] - s.bounds[right + place_at] + taken_off * TURN
-            gap += ((away >> BITS) + 1) * period_of(k, left)
-        return float(gap)
-
-    @hook
-    def watch(k: Kernel, s: State, left: int, right: int) -> None:
-        """Watches the gap between two neighbours on an axis, for the body of the left one."""
-        due = NEVER
-        if right != END:
-            since = larger(k.bodies[left >> shift].anchor, k.bodies[right >> shift].anchor)
-            gap = gap_between(k, s, left, right, since)
-            due = falls(k, since, gap, rate_between(k, s, left, right))
-        s.bounds[left] = due
-        own = left & -place_at
-        soonest = smaller(s.bounds[own + first], s.bounds[own + first + 1])
-        for bound in range(own + first + 2, own + end, 2):
-            soonest = smaller(soonest, smaller(s.bounds[bound], s.bounds[bound + 1]))
-        schedule(k, left >> shift, soonest)
-
-    @hook
-    def overlaps(s: State, one: int, other: int) -> int:
-        """Returns through how many images two bodies overlap in a list, given their Ls there.
-
-        Those are the whole turns by which the second can be moved for its R to be right of the first one's L,
-        and its L left of the first one's R.
-        """
-        one += place_at
-        other += place_at
-        if not circular:
-            return int(s.bounds[one] < s.bounds[other + 1] and s.bounds[other] < s.bounds[one + 1])
-        most = s.bounds[one + 1] - s.bounds[other]
-        least = s.bounds[one] - s.bounds[other + 1]
-        return int((most - (least & -TURN)) >> BITS)
-
-    @hook
-    def elsewhere(s: State, one: int, other: int) -> int:
-        """Returns through how many images two bodies overlap in all lists but that of two of their bounds."""
-        times = 1
-        if count == 2:
-            times = overlaps(s, (one ^ 2) & -2, (other ^ 2) & -2)
-        elif count > 2:
-            for bound in range(first, end, 2):
-                if times and bound != one & (place_at - 2):
-                    times *= overlaps(s, (one & -stride) + bound, (other & -stride) + bound)
-        return times
-
-    @hook
-    def holds(s: State, a: int, b: int) -> int:
-        """Returns through how many images the intervals of two bodies overlap in all lists."""
-        one = stride * a + first
-        other = stride * b + first
-        return overlaps(s, one, other) * elsewhere(s, one, other)
-
-    @unchecked
-    @hook
-    def build(k: Kernel, s: State) -> None:
-        """Watches all gaps; holds a pair once for every L of another body between the bounds of one, in the
-        first list, and every image through which the two overlap in the others."""
-        for body in range(k.clock[0].bodies):
-            for bound in range(stride * body, stride * body + place_at):
-                s.bounds[bound] = NEVER
-        for body in range(k.clock[0].bodies):
-            for bound in range(stride * body + first, stride * body + end):
-                watch(k, s, bound, behind(k, s, bound))
-            lower = stride * body + first
-            steps = slot_of(s, lower + 1) - slot_of(s, lower)
-            if circular:
-                turns = (s.bounds[lower + 1 + place_at] - (s.bounds[lower + place_at] & -TURN)) >> BITS
-                steps += 2 * k.clock[0].present * turns
-            inside = lower
-            for _ in range(steps):
-                inside = behind(k, s, inside)
-                if inside & 1 == 0 and inside != lower:
-                    for _ in range(elsewhere(s, lower, inside)):
-                        add_pair(k, body, inside >> shift)
-
-    @unchecked
-    @hook
-    def repair(k: Kernel, s: State, body: int) -> int:
-        """A bound passes the one behind it: exchange them, compare other lists, watch three gaps."""
-        left = stride * body + first
-        for bound in range(left + 1, left + end - first):
-            if s.bounds[bound] < s.bounds[left]:
-                left = bound
-        right = behind(k, s, left)
-        here = slot_of(s, left)
-        there = slot_of(s, right)
-        step = there - here
-        if circular and step < 0:  # the link from the last to the first
-            step += TURN
-        s.order[here] = right
-        s.order[there] = left
-        s.bounds[left + place_at] += step
-        s.bounds[right + place_at] -= step
-        if (left ^ right) & 1:
-            for _ in range(elsewhere(s, left, right)):
-                if left & 1:
-                    add_pair(k, body, right >> shift)
-                else:
-                    remove_pair(k, body, right >> shift)
-        outer = before(k, s, right)
-        if outer != END:
-            watch(k, s, outer, right)
-        watch(k, s, right, left)
-        watch(k, s, left, behind(k, s, left))
-        return 0
-
-    @unchecked
-    @hook
-    def replan(k: Kernel, s: State, body: int) -> None:
-        """A body's plan changed: watch the gaps on both sides of its bounds."""
-        for bound in range(stride * body + first, stride * body + end):
-            outer = before(k, s, bound)
-            if outer != END:
-                watch(k, s, outer, bound)
+@unchecked
+@hook
+def build(k: Kernel, s: State) -> None:
+    """Watches all gaps; holds a pair once for every L of another body between the bounds of one, in the
+    first list, and every image through which the two overlap in the others."""
+    for body in range(k.clock[0].bodies):
+        for bound in range(STRIDE * body, STRIDE * body + PLACE_AT):
+            s.bounds[bound] = NEVER
+    for body in range(k.clock[0].bodies):
+        for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
             watch(k, s, bound, behind(k, s, bound))
+        lower = STRIDE * body + FIRST
+        steps = slot_of(s, lower + 1) - slot_of(s, lower)
+        if CIRCULAR:
+            turns = (s.bounds[lower + 1 + PLACE_AT] - (s.bounds[lower + PLACE_AT] & -TURN)) >> BITS
+            steps += 2 * k.clock[0].present * turns
+        inside = lower
+        for _ in range(steps):
+            inside = behind(k, s, inside)
+            if inside & 1 == 0 and inside != lower:
+                for _ in range(elsewhere(s, lower, inside)):
+                    add_pair(k, body, inside >> SHIFT)
 
-    @hook
-    def insert_bound(k: Kernel, s: State, bound: int) -> None:
-        """Puts a bound into the list of its axis, right of all that are not right of it; those behind it move
-        up. Of its images that one is taken which is less than a period right of the first bound. O(n)."""
-        now = k.clock[0].now
-        place = first_slot(s, bound)
-        head = s.order[place]
-        there = edge(k, s, bound, now)
-        turns = 0
-        if circular:
-            torus = k.clock[0].torus
-            image = k.images[bound >> shift]
-            turns = image.kx if bound & 2 == 0 else image.ky
-            if head != END:
-                there -= edge(k, s, head, now)
-                periods = math.floor(there * (torus.per_x if bound & 2 == 0 else torus.per_y))
-                there -= periods * period_of(k, bound)
-                other = k.images[head >> shift]
-                gone = other.kx if bound & 2 == 0 else other.ky
-                turns += int(periods) + (s.bounds[head + place_at] >> BITS) - gone
-        while s.order[place] != END:
-            place += 1
-        while s.order[place - 1] != END:
-            left = s.order[place - 1]
-            stands = 0.0
-            if not circular:
-                stands = edge(k, s, left, now)
-            elif left != head:
-                stands = gap_between(k, s, head, left, now)
-            if stands <= there:
-                break
-            s.order[place] = left
-            s.bounds[left + place_at] += 1
-            place -= 1
-        s.order[place] = bound
-        s.bounds[bound + place_at] = place + turns * TURN
 
-    @hook
-    def take_bound_out(s: State, bound: int) -> None:
-        """Takes a bound out of the list of its axis; those behind it close the gap. O(n)."""
-        place = slot_of(s, bound)
-        while s.order[place] != END:
-            after = s.order[place + 1]
-            s.order[place] = after
-            if after != END:
-                s.bounds[after + place_at] -= 1
-            place += 1
+@unchecked
+@hook
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A bound passes the one behind it: exchange them, compare other lists, watch three gaps."""
+    left = STRIDE * body + FIRST
+    for bound in range(left + 1, left + BEYOND - FIRST):
+        if s.bounds[bound] < s.bounds[left]:
+            left = bound
+    right = behind(k, s, left)
+    here = slot_of(s, left)
+    there = slot_of(s, right)
+    step = there - here
+    if CIRCULAR and step < 0:  # the link from the last to the first
+        step += TURN
+    s.order[here] = right
+    s.order[there] = left
+    s.bounds[left + PLACE_AT] += step
+    s.bounds[right + PLACE_AT] -= step
+    if (left ^ right) & 1:
+        for _ in range(elsewhere(s, left, right)):
+            if left & 1:
+                add_pair(k, body, right >> SHIFT)
+            else:
+                remove_pair(k, body, right >> SHIFT)
+    outer = before(k, s, right)
+    if outer != END:
+        watch(k, s, outer, right)
+    watch(k, s, right, left)
+    watch(k, s, left, behind(k, s, left))
+    return 0
 
-    @unchecked
-    @hook
-    def enter(k: Kernel, s: State, body: int) -> None:
-        """A body is inserted: its bounds find their places, its pairs are those that overlap it."""
-        for bound in range(stride * body, stride * body + place_at):
-            s.bounds[bound] = NEVER
-        for bound in range(stride * body + first, stride * body + end):
-            insert_bound(k, s, bound)
-        replan(k, s, body)
-        for other in range(k.clock[0].bodies):
-            if other != body and is_there(k, other):
-                for _ in range(holds(s, body, other)):
-                    add_pair(k, body, other)
 
-    @unchecked
-    @hook
-    def leave(k: Kernel, s: State, body: int) -> None:
-        """A body is removed, and its pairs with it; the gaps that close behind its bounds are watched."""
-        for at in range(pairs_of(k, body)):
-            for _ in range(holds(s, body, k.near[at])):
-                remove_pair(k, body, k.near[at])
-        for bound in range(stride * body + first, stride * body + end):
-            s.bounds[bound] = before(k, s, bound)  # while all are there; its own tick is needed no more
-        for bound in range(stride * body + first, stride * body + end):
-            take_bound_out(s, bound)
-        for bound in range(stride * body + first, stride * body + end):
-            outer = s.bounds[bound]
-            s.bounds[bound] = NEVER
-            if outer != END and outer >> shift != body:
-                watch(k, s, outer, behind(k, s, outer))
+@unchecked
+@hook
+def replan(k: Kernel, s: State, body: int) -> None:
+    """A body's plan changed: watch the gaps on both sides of its bounds."""
+    for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
+        outer = before(k, s, bound)
+        if outer != END:
+            watch(k, s, outer, bound)
+        watch(k, s, bound, behind(k, s, bound))
 
-    made = (build, repair, replan, enter, leave)
-    return {each.__name__: each for each in made}
+
+@hook
+def insert_bound(k: Kernel, s: State, bound: int) -> None:
+    """Puts a bound into the list of its axis, right of all that are not right of it; those behind it move
+    up. Of its images that one is taken which is less than a period right of the first bound. O(n)."""
+    now = k.clock[0].now
+    place = first_slot(s, bound)
+    head = s.order[place]
+    there = edge(k, s, bound, now)
+    turns = 0
+    if CIRCULAR:
+        torus = k.clock[0].torus
+        image = k.images[bound >> SHIFT]
+        turns = image.kx if bound & 2 == 0 else image.ky
+        if head != END:
+            there -= edge(k, s, head, now)
+            periods = math.floor(there * (torus.per_x if bound & 2 == 0 else torus.per_y))
+            there -= periods * period_of(k, bound)
+            other = k.images[head >> SHIFT]
+            gone = other.kx if bound & 2 == 0 else other.ky
+            turns += int(periods) + (s.bounds[head + PLACE_AT] >> BITS) - gone
+    while s.order[place] != END:
+        place += 1
+    while s.order[place - 1] != END:
+        left = s.order[place - 1]
+        stands = 0.0
+        if not CIRCULAR:
+            stands = edge(k, s, left, now)
+        elif left != head:
+            stands = gap_between(k, s, head, left, now)
+        if stands <= there:
+            break
+        s.order[place] = left
+        s.bounds[left + PLACE_AT] += 1
+        place -= 1
+    s.order[place] = bound
+    s.bounds[bound + PLACE_AT] = place + turns * TURN
+
+
+@hook
+def take_bound_out(s: State, bound: int) -> None:
+    """Takes a bound out of the list of its axis; those behind it close the gap. O(n)."""
+    place = slot_of(s, bound)
+    while s.order[place] != END:
+        after = s.order[place + 1]
+        s.order[place] = after
+        if after != END:
+            s.bounds[after + PLACE_AT] -= 1
+        place += 1
+
+
+@unchecked
+@hook
+def enter(k: Kernel, s: State, body: int) -> None:
+    """A body is inserted: its bounds find their places, its pairs are those that overlap it."""
+    for bound in range(STRIDE * body, STRIDE * body + PLACE_AT):
+        s.bounds[bound] = NEVER
+    for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
+        insert_bound(k, s, bound)
+    replan(k, s, body)
+    for other in range(k.clock[0].bodies):
+        if other != body and is_there(k, other):
+            for _ in range(holds(s, body, other)):
+                add_pair(k, body, other)
+
+
+@unchecked
+@hook
+def leave(k: Kernel, s: State, body: int) -> None:
+    """A body is removed, and its pairs with it; the gaps that close behind its bounds are watched."""
+    for at in range(pairs_of(k, body)):
+        for _ in range(holds(s, body, k.near[at])):
+            remove_pair(k, body, k.near[at])
+    for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
+        s.bounds[bound] = before(k, s, bound)  # while all are there; its own tick is needed no more
+    for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
+        take_bound_out(s, bound)
+    for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
+        outer = s.bounds[bound]
+        s.bounds[bound] = NEVER
+        if outer != END and outer >> SHIFT != body:
+            watch(k, s, outer, behind(k, s, outer))
 
 
 @unchecked
@@ -461,6 +478,21 @@ def _hooks(first: int, end: int, circular: bool, slanted: bool) -> dict[str, Any
 def near(k: Kernel, s: State, body: int) -> int:
     """Names the bodies whose intervals or boxes overlap a body's."""
     return pairs_of(k, body)
+
+
+@cache
+def _hooks(first: int, beyond: int, circular: bool, slanted: bool) -> dict[str, Any]:
+    """Returns the hooks for a number of lists and a kind of scene, by their names."""
+    inner = own_list, along, period_of, slot_of, first_slot, before, behind, edge, rate_between, gap_between
+    outer = watch, overlaps, elsewhere, holds, insert_bound, take_bound_out
+    called = build, repair, replan, enter, leave
+    stride = _stride(beyond)
+    made = with_constants(
+        (*inner, *outer, *called),
+        **{"FIRST": first, "BEYOND": beyond, "CIRCULAR": circular, "SLANTED": slanted, "STRIDE": stride},
+        **{"COUNT": (beyond - first) >> 1, "PLACE_AT": stride >> 1, "SHIFT": stride.bit_length() - 1},
+    )
+    return {each.__name__: made[each.__name__] for each in called}
 
 
 def _away(k: Kernel, s: State) -> Lengths:
