@@ -54,6 +54,9 @@ from kinetile.toolbox.lanes import append
 
 BLOCK = 8
 FULL = BLOCK - 1
+
+PERIODIC = False
+"""Whether homes are unwrapped, in cells that go round (``torus.py``)."""
 """Bodies in a block, and the place of their count."""
 
 HOME = np.dtype(
@@ -247,77 +250,73 @@ def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int)
     return count
 
 
-def moves(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns ``list_ahead``, ``settle``, ``come_home`` and ``go_over``, for a helix or a torus."""
+@hook
+def beside(grid: Records, cell: int, right: int, up: int) -> int:
+    """Returns the number of a cell that is up to one to the right, and one up."""
+    if PERIODIC:
+        return beside_on_torus(grid, cell, right, up)
+    return wrapped(grid, cell + right + up * grid.columns)
 
-    @hook
-    def beside(grid: Records, cell: int, right: int, up: int) -> int:
-        """Returns the number of a cell that is up to one to the right, and one up."""
-        if periodic:
-            return beside_on_torus(grid, cell, right, up)
-        return wrapped(grid, cell + right + up * grid.columns)
 
-    @hook
-    def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
-        """Writes the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``;
-        returns the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
-        grid = s.levels[level]
-        middle = beside(grid, cell, right, up)
-        low = beside(grid, middle, -up, -right)
-        high = beside(grid, middle, up, right)
-        alone = periodic and (grid.rows if right != 0 else grid.columns) == 1
-        count = append_block(k, s, middle, count)
+@hook
+def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, count: int) -> int:
+    """Writes the bodies at home in the three cells on one side of a cell behind ``k.near[:count]``;
+    returns the new count. The side is (right, up): (-1, 0), (1, 0), (0, -1) or (0, 1)."""
+    grid = s.levels[level]
+    middle = beside(grid, cell, right, up)
+    low = beside(grid, middle, -up, -right)
+    high = beside(grid, middle, up, right)
+    alone = PERIODIC and (grid.rows if right != 0 else grid.columns) == 1
+    count = append_block(k, s, middle, count)
+    if not alone:
+        count = append_block(k, s, low, count)
+        count = append_block(k, s, high, count)
+    if s.listed[level] > 0:
+        count = append_list(k, s, middle, count)
         if not alone:
-            count = append_block(k, s, low, count)
-            count = append_block(k, s, high, count)
-        if s.listed[level] > 0:
-            count = append_list(k, s, middle, count)
-            if not alone:
-                count = append_list(k, s, low, count)
-                count = append_list(k, s, high, count)
-        return count
-
-    @hook
-    def settle(s: State, body: int) -> None:
-        """Puts a body into the cell of its column and row."""
-        home = s.homes[body]
-        grid = s.levels[home.level]
-        home.cell = cell_on_torus(grid, home.x, home.y) if periodic else cell_of(grid, home.x, home.y)
-        home.next = NOBODY
-        move_in(s, body, home.cell)
-
-    @hook
-    def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-        """Inserts a body into its cell of a level, by rounded coordinates: later crossings alone count."""
-        plan = k.bodies[body]
-        home = s.homes[body]
-        grid = s.levels[level]
-        home.x = math.floor(plan.x / grid.side)
-        home.y = math.floor(plan.y / (grid.height if periodic else grid.side))
-        if periodic:
-            home.x += float(k.images[body].kx * grid.columns)
-            home.y += float(k.images[body].ky * grid.rows)
-        home.level = level
-        settle(s, body)
-
-    @hook
-    def go_over(s: State, body: int) -> tuple[int, int]:
-        """Moves a body over the edge of its cell that it has reached; returns the way for ``list_ahead``."""
-        home = s.homes[body]
-        step = 2 * (home.way & 1) - 1
-        right = step * (1 - (home.way >> 1))
-        up = step * (home.way >> 1)
-        move_out(s, body, home.cell)
-        home.x += right
-        home.y += up
-        home.cell = beside(s.levels[home.level], home.cell, right, up)
-        move_in(s, body, home.cell)
-        return right, up
-
-    return list_ahead, settle, come_home, go_over
+            count = append_list(k, s, low, count)
+            count = append_list(k, s, high, count)
+    return count
 
 
-list_ahead, settle, come_home, go_over = moves(False)
+@hook
+def settle(s: State, body: int) -> None:
+    """Puts a body into the cell of its column and row."""
+    home = s.homes[body]
+    grid = s.levels[home.level]
+    home.cell = cell_on_torus(grid, home.x, home.y) if PERIODIC else cell_of(grid, home.x, home.y)
+    home.next = NOBODY
+    move_in(s, body, home.cell)
+
+
+@hook
+def come_home(k: Kernel, s: State, body: int, level: int) -> None:
+    """Inserts a body into its cell of a level, by rounded coordinates: later crossings alone count."""
+    plan = k.bodies[body]
+    home = s.homes[body]
+    grid = s.levels[level]
+    home.x = math.floor(plan.x / grid.side)
+    home.y = math.floor(plan.y / (grid.height if PERIODIC else grid.side))
+    if PERIODIC:
+        home.x += float(k.images[body].kx * grid.columns)
+        home.y += float(k.images[body].ky * grid.rows)
+    home.level = level
+    settle(s, body)
+
+
+@hook
+def go_over(s: State, body: int) -> tuple[int, int]:
+    """Moves a body over the edge of its cell that it has reached; returns the way for ``list_ahead``."""
+    home = s.homes[body]
+    step = 2 * (home.way & 1) - 1
+    right = step * (1 - (home.way >> 1))
+    up = step * (home.way >> 1)
+    move_out(s, body, home.cell)
+    home.x += right
+    home.y += up
+    home.cell = beside(s.levels[home.level], home.cell, right, up)
+    move_in(s, body, home.cell)
+    return right, up
 
 
 SPACING = 1.25, 1.65

@@ -20,11 +20,19 @@ import numpy as np
 
 from kinetile.scene import Scene
 from kinetile.toolbox import Kernel, positions_now
-from kinetile_plugins.cells import layout
+from kinetile_plugins.cells import layout, uniform
 from kinetile_plugins.cells.layout import State
-from kinetile_plugins.cells.uniform import hooks
+from kinetile_plugins.constants import with_constants
 
-watch, build, near, repair, enter = hooks(True)
+_hooks = with_constants(
+    (
+        *(layout.beside, layout.list_ahead, layout.settle, layout.come_home, layout.go_over),
+        *(uniform.watch, uniform.build, uniform.near, uniform.repair, uniform.enter),
+    ),
+    PERIODIC=True,
+    list_around=layout.list_around_on_torus,
+)
+watch, build, near, repair, enter = (_hooks[name] for name in ("watch", "build", "near", "repair", "enter"))
 
 
 def size(scene: Scene, side: float) -> tuple[int, int]:

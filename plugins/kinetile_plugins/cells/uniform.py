@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked
 from kinetile.toolbox.ticks import FAR
-from kinetile_plugins.cells.layout import BLOCK, State, list_around, list_around_on_torus, move_out, moves
+from kinetile_plugins.cells.layout import (
+    BLOCK,
+    PERIODIC,
+    State,
+    come_home,
+    go_over,
+    list_ahead,
+    list_around,
+    move_out,
+    settle,
+)
 
 FETCHED = 2
 """Bodies of a cell that are prefetched, there or not: to read how many would be a branch that is as good as
@@ -22,76 +30,71 @@ def edge(grid: Records, side: float, cell: float, speed: float) -> float:
     return float((cell + (1.0 if speed > 0.0 else 0.0)) * side + (slack if speed > 0.0 else -slack))
 
 
-def hooks(periodic: bool) -> tuple[Callable[..., Any], ...]:
-    """Returns ``watch``, ``build``, ``near``, ``repair`` and ``enter``; where an axis is periodic homes are
-    unwrapped, and no body leaves the only column or row (``torus.py``)."""
-    list_ahead, settle, come_home, go_over = moves(periodic)
-    around = list_around_on_torus if periodic else list_around
+@unchecked
+@hook
+def watch(k: Kernel, s: State, body: int) -> None:
+    """Schedules when a body reaches an edge of its cell, and notes which; never before now.
 
-    @unchecked
-    @hook
-    def watch(k: Kernel, s: State, body: int) -> None:
-        """Schedules when a body reaches an edge of its cell, and notes which; never before now.
+    Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
+    from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
+    branch on one is mispredicted half of the time: all is computed, and then chosen.
+    """
+    plan = k.bodies[body]
+    home = s.homes[body]
+    clock = k.clock[0]
+    grid = s.levels[home.level]
+    x = home.x
+    y = home.y
+    if PERIODIC:
+        x -= float(k.images[body].kx * grid.columns)
+        y -= float(k.images[body].ky * grid.rows)
+    right = 1 if plan.vx > 0.0 else 0
+    up = 3 if plan.vy > 0.0 else 2
+    across = edge(grid, grid.side, x, plan.vx) - plan.x
+    along = edge(grid, grid.height if PERIODIC else grid.side, y, plan.vy) - plan.y
+    across = across / plan.vx if plan.vx != 0.0 else math.inf
+    along = along / plan.vy if plan.vy != 0.0 else math.inf
+    if PERIODIC:
+        across = across if grid.columns > 1 else math.inf
+        along = along if grid.rows > 1 else math.inf
+    home.way = right if across <= along else up
+    ticks = larger(smaller(across, along), 0.0) * clock.per_time
+    soon = ticks < FAR
+    tick = larger(plan.anchor + int(ticks if soon else 0.0), clock.now)
+    schedule(k, body, tick if soon else NEVER)
 
-        Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
-        from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
-        branch on one is mispredicted half of the time: all is computed, and then chosen.
-        """
-        plan = k.bodies[body]
-        home = s.homes[body]
-        clock = k.clock[0]
-        grid = s.levels[home.level]
-        x = home.x
-        y = home.y
-        if periodic:
-            x -= float(k.images[body].kx * grid.columns)
-            y -= float(k.images[body].ky * grid.rows)
-        right = 1 if plan.vx > 0.0 else 0
-        up = 3 if plan.vy > 0.0 else 2
-        across = edge(grid, grid.side, x, plan.vx) - plan.x
-        along = edge(grid, grid.height if periodic else grid.side, y, plan.vy) - plan.y
-        across = across / plan.vx if plan.vx != 0.0 else math.inf
-        along = along / plan.vy if plan.vy != 0.0 else math.inf
-        if periodic:
-            across = across if grid.columns > 1 else math.inf
-            along = along if grid.rows > 1 else math.inf
-        home.way = right if across <= along else up
-        ticks = larger(smaller(across, along), 0.0) * clock.per_time
-        soon = ticks < FAR
-        tick = larger(plan.anchor + int(ticks if soon else 0.0), clock.now)
-        schedule(k, body, tick if soon else NEVER)
 
-    @unchecked
-    @hook
-    def build(k: Kernel, s: State) -> None:
-        """Puts every body into its cell, which ``arrange`` has found, and watches it."""
-        for body in range(k.clock[0].bodies):
-            settle(s, body)
-            watch(k, s, body)
-
-    @unchecked
-    @hook
-    def near(k: Kernel, s: State, body: int) -> int:
-        return around(k, s, 0, s.homes[body].cell, 0)
-
-    @unchecked
-    @hook
-    def repair(k: Kernel, s: State, body: int) -> int:
-        """A body reaches an edge of its cell: those in the cells beyond the next one are newcomers."""
-        right, up = go_over(s, body)
-        watch(k, s, body)
-        return int(list_ahead(k, s, 0, s.homes[body].cell, right, up, 0))
-
-    @unchecked
-    @hook
-    def enter(k: Kernel, s: State, body: int) -> None:
-        come_home(k, s, body, 0)
+@unchecked
+@hook
+def build(k: Kernel, s: State) -> None:
+    """Puts every body into its cell, which ``arrange`` has found, and watches it."""
+    for body in range(k.clock[0].bodies):
+        settle(s, body)
         watch(k, s, body)
 
-    return watch, build, near, repair, enter
+
+@unchecked
+@hook
+def near(k: Kernel, s: State, body: int) -> int:
+    """Names the bodies in a body's cell and in the eight around it."""
+    return list_around(k, s, 0, s.homes[body].cell, 0)
 
 
-watch, build, near, repair, enter = hooks(False)
+@unchecked
+@hook
+def repair(k: Kernel, s: State, body: int) -> int:
+    """A body reaches an edge of its cell: those in the cells beyond the next one are newcomers."""
+    right, up = go_over(s, body)
+    watch(k, s, body)
+    return int(list_ahead(k, s, 0, s.homes[body].cell, right, up, 0))
+
+
+@unchecked
+@hook
+def enter(k: Kernel, s: State, body: int) -> None:
+    """Inserts a body into its cell."""
+    come_home(k, s, body, 0)
+    watch(k, s, body)
 
 
 @hook
