@@ -25,7 +25,6 @@ touch, on x and on y. A reach to a side is rounded twice, from the core and with
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
@@ -73,6 +72,7 @@ from kinetile.toolbox.ticks import (
     pointer,
     reaches,
 )
+from kinetile_plugins.constants import with_constants
 from kinetile_plugins.disc import hooks_of, meet_of, part_of
 from kinetile_plugins.lower_bounds import (
     LEAST,
@@ -85,10 +85,18 @@ from kinetile_plugins.lower_bounds import (
     merged,
     nearest_image,
     two_least,
+    ways,
 )
 
 SLOWEST = 2.0**-900
 """Stands for no speed: in no time that counts anything flies anywhere."""
+
+Way = tuple[float, float, float, float, float, float]
+"""Place, velocity and acceleration, along x and y."""
+
+ALL_PLAIN = BOXES = PERIODIC = False
+"""Whether all pairs that can meet are two boxes or two discs; two boxes, so that circles say no more; whether
+axes are periodic, and not all pairs are boxes."""
 
 
 @hook
@@ -111,6 +119,38 @@ def around(f: Numbers, corner: int, reach: float, x: float, y: float, vx: float,
     if approach >= 0.0 or inside < 0.0:
         return math.inf
     return gap / (math.sqrt(inside) - approach) * (1.0 - 2.0**-40)
+
+
+@hook
+def faces_beside(row: int, count: int, face: int) -> tuple[int, int]:
+    """Returns the faces of a difference before and after one of them."""
+    first = row + HEAD
+    last = first + (count - 1) * WIDE
+    return last if face == first else face - WIDE, first if face == last else face + WIDE
+
+
+@hook
+def until_corner(
+    f: Numbers, row: int, face: int, x: float, y: float, vx: float, vy: float, fat: float
+) -> float:
+    """Returns a bound below the time until a place on the line of a face, moved out by R, enters a fattened
+    difference: 0, unless it is beyond an end of that face, and then until it comes to that corner.
+
+    And clearly within the line of the face there: of two faces in one line, or almost, rounding decides which
+    is crossed last, and the place may be in front of the other.
+    """
+    before, after = faces_beside(row, int(f[row + COUNT]), face)
+    gap = (f[face + NX] * x + f[face + NY] * y) - f[face + OUT]
+    corner = face
+    beside = before
+    beyond = f[face + NX] * (y - f[face + CY]) - f[face + NY] * (x - f[face + CX]) < -fat
+    if f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
+        corner = after
+        beside = after
+        beyond = True
+    if beyond and (f[beside + NX] * x + f[beside + NY] * y) - f[beside + OUT] < gap - fat:
+        return around(f, corner, f[row + RADIUS] + 2.0 * fat, x, y, vx, vy)
+    return 0.0
 
 
 @hook
@@ -150,23 +190,7 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
         return math.inf
     if reach > 0.0:
         face = crossed if into > 0.0 else nearest
-        last = faces + (count - 1) * WIDE
-        after = faces if face == last else face + WIDE
-        before = last if face == faces else face - WIDE
-        x += vx * into
-        y += vy * into
-        gap = (f[face + NX] * x + f[face + NY] * y) - f[face + OUT]
-        # Beyond an end, and clearly within the line of the face there: of two faces in one line, or almost,
-        # rounding decides which is crossed last, and the place may be in front of the other.
-        corner = face
-        beside = before
-        beyond = f[face + NX] * (y - f[face + CY]) - f[face + NY] * (x - f[face + CX]) < -fat
-        if f[face + NX] * (y - f[after + CY]) - f[face + NY] * (x - f[after + CX]) > fat:
-            corner = after
-            beside = after
-            beyond = True
-        if beyond and (f[beside + NX] * x + f[beside + NY] * y) - f[beside + OUT] < gap - fat:
-            return into + around(f, corner, reach + 2.0 * fat, x, y, vx, vy)
+        return into + until_corner(f, row, face, x + vx * into, y + vy * into, vx, vy, fat)
     return into
 
 
@@ -238,13 +262,7 @@ def boxes_meet(
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     """Returns from when until when the upright boxes around a body and eight others overlap, or around their
     nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
-    elapsed = spread(since_origin(k, at))
-    one = k.places[body]
-    x, y, vx, vy = places(k.places, k.near, start)
-    vx = vx - spread(one.vx)
-    vy = vy - spread(one.vy)
-    dx = (x - spread(one.x)) + vx * elapsed
-    dy = (y - spread(one.y)) + vy * elapsed
+    dx, dy, vx, vy = ways(k, body, start, at)
     if periodic:
         dx, dy = nearest_image(k, dx, dy)
     delay, ends = boxes_overlap(k, body, start, spread(fat), dx, dy, vx, vy)
@@ -311,66 +329,58 @@ def soonest_of_shapes(
     return soon, rest, who if soon < math.inf else NOBODY
 
 
-def _bounds(
-    plain: bool, boxes: bool = False, periodic: bool = False
-) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest``; ``plain``: all pairs that can meet are two boxes or two discs; ``boxes``:
-    two boxes, so that circles say no more; ``periodic``: axes are, and not all pairs are boxes."""
+@unchecked
+@hook
+def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
+    whom: as delays after tick ``at``, infinite where there is no contact.
 
-    @unchecked
-    @hook
-    def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-        """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
-        whom: as delays after tick ``at``, infinite where there is no contact.
-
-        By boxes and circles first, eight at a time: mostly the difference of the shapes need be looked at for
-        the first alone. Where that comes later than the second, it is for all that may come before the
-        second. Up to eight places behind those that count are written to.
-        """
-        fat = k.clock[0].limits.fat
-        never = math.inf
-        if count == 1:
-            alone = k.near[0]
-            if alone == body or alone == barred:  # noqa: SIM109 - no tuple in a hook
-                return never, never, NOBODY
-            delay = bound_with(k, body, alone, at, fat, periodic)
-            return delay, never, int(alone) if delay < never else NOBODY
-        fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
-        myself = spread_whole(body)
-        not_this = spread_whole(barred)
-        soon = NONE
-        rest = NONE
-        who = NOBODY
-        other = NOBODY
-        for begin in range(0, count, PLACES):
-            first = spread(never)
-            second = spread(never)
-            for start in range(begin, smaller(begin + PLACES, count), LANES):
-                if boxes:
-                    delays, ends, _, _, _, _ = boxes_meet(k, body, start, at, fat, False)
-                    delays = choose(delays > spread(LEAST), delays, spread(LEAST))
-                    delays = choose(delays <= ends, delays, spread(never))
-                else:
-                    delays, _, _, _, _ = frames_meet(k, body, start, at, fat, periodic)
-                names = numbers(k.near, start)
-                left_out = (names == myself) | (names == not_this)
-                delays = numbered(choose(left_out, spread(never), delays), start - begin)
-                first, second = two_least(first, second, delays)
-            soon, rest, who, other = merged(k, begin, first, second, soon, rest, who, other)
-        if soon >= NONE:
+    By boxes and circles first, eight at a time: mostly the difference of the shapes need be looked at for
+    the first alone. Where that comes later than the second, it is for all that may come before the
+    second. Up to eight places behind those that count are written to.
+    """
+    fat = k.clock[0].limits.fat
+    never = math.inf
+    if count == 1:
+        alone = k.near[0]
+        if alone == body or alone == barred:  # noqa: SIM109 - no tuple in a hook
             return never, never, NOBODY
-        if not plain and k.numbers[row_of(k, body, who) + PLAIN] == 0.0:
-            soon = bound_with(k, body, who, at, fat, periodic)
-            if soon > rest and rest < NONE:
-                return soonest_of_shapes(k, body, count, barred, at, fat, soon, who, other, periodic)
-        return soon, (rest if rest < NONE else never), who if soon < never else NOBODY
+        delay = bound_with(k, body, alone, at, fat, PERIODIC)
+        return delay, never, int(alone) if delay < never else NOBODY
+    fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+    myself = spread_whole(body)
+    not_this = spread_whole(barred)
+    soon = NONE
+    rest = NONE
+    who = NOBODY
+    other = NOBODY
+    for begin in range(0, count, PLACES):
+        first = spread(never)
+        second = spread(never)
+        for start in range(begin, smaller(begin + PLACES, count), LANES):
+            if BOXES:
+                delays, ends, _, _, _, _ = boxes_meet(k, body, start, at, fat, False)
+                delays = choose(delays > spread(LEAST), delays, spread(LEAST))
+                delays = choose(delays <= ends, delays, spread(never))
+            else:
+                delays, _, _, _, _ = frames_meet(k, body, start, at, fat, PERIODIC)
+            names = numbers(k.near, start)
+            left_out = (names == myself) | (names == not_this)
+            delays = numbered(choose(left_out, spread(never), delays), start - begin)
+            first, second = two_least(first, second, delays)
+        soon, rest, who, other = merged(k, begin, first, second, soon, rest, who, other)
+    if soon >= NONE:
+        return never, never, NOBODY
+    if not ALL_PLAIN and k.numbers[row_of(k, body, who) + PLAIN] == 0.0:
+        soon = bound_with(k, body, who, at, fat, PERIODIC)
+        if soon > rest and rest < NONE:
+            return soonest_of_shapes(k, body, count, barred, at, fat, soon, who, other, PERIODIC)
+    return soon, (rest if rest < NONE else never), who if soon < never else NOBODY
 
-    return soonest
 
-
-soonest, soonest_of_plain = _bounds(False), _bounds(True)
-soonest_of_boxes = _bounds(True, boxes=True)
-_among_images = _bounds(False, periodic=True)
+soonest_of_plain = with_constants([soonest], ALL_PLAIN=True)["soonest"]
+soonest_of_boxes = with_constants([soonest], ALL_PLAIN=True, BOXES=True)["soonest"]
+_among_images = with_constants([soonest], PERIODIC=True)["soonest"]
 
 
 @hook
@@ -586,16 +596,27 @@ def time_along(way: float, speed: float, pull: float) -> float:
 
 
 @hook
-def not_before_bent(
-    f: Numbers,
-    row: int,
-    fat: float,
-    span: float,
-    doubt: float,
-    way: tuple[float, float, float, float, float, float],
+def corner_stays(
+    f: Numbers, corner: int, reach: float, fat: float, doubt: float, way: Way, most: float
 ) -> float:
-    """Returns a bound below the time until a place enters a difference, fattened, on a bent way: place,
-    velocity and acceleration along x and y; up to a span of time.
+    """Returns a bound below the time until a place on a bent way comes within reach of a corner: the line
+    across the way from there; 0 where it is about as near to the corner as the reach is half."""
+    dx, dy, vx, vy, bx, by = way
+    px = dx - f[corner + CX]
+    py = dy - f[corner + CY]
+    distance = math.sqrt(px * px + py * py)
+    if distance <= 0.5 * reach:
+        return 0.0
+    above = distance * (1.0 - 2.0**-40) - (reach + fat)
+    rate = ((px * vx + py * vy) - fat * (abs(vx) + abs(vy))) / distance - doubt
+    bend = ((px * bx + py * by) - fat * (abs(bx) + abs(by))) / distance
+    return stays_above(above, rate, bend, -2.0 * fat - 2.0**-39 * distance, most)
+
+
+@hook
+def not_before_bent(f: Numbers, row: int, fat: float, span: float, doubt: float, way: Way) -> float:
+    """Returns a bound below the time until a place enters a difference, fattened, on a bent way, up
+    to a span of time.
 
     The latest of these counts. The way is at most |b| h^2 / 8 away from its chord, h being the span: the
     difference that is fattened by that is entered on it. The place has to come within the line of each face,
@@ -616,9 +637,7 @@ def not_before_bent(
     for face in range(row + HEAD, row + HEAD + count * WIDE if count > 1 else 0, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
-        last = row + HEAD + (count - 1) * WIDE
-        after = row + HEAD if face == last else face + WIDE
-        before = last if face == row + HEAD else face - WIDE
+        before, after = faces_beside(row, count, face)
         px = dx - f[face + CX]
         py = dy - f[face + CY]
         along = nx * py - ny * px
@@ -636,14 +655,7 @@ def not_before_bent(
         rate = (nx * vx + ny * vy) - doubt
         away = larger(away, stays_above(above, rate, (nx * bx + ny * by) - 2.0**-45 * pulls, near, most))
     if beside >= 0 and reach > 0.0:
-        px = dx - f[beside + CX]
-        py = dy - f[beside + CY]
-        distance = math.sqrt(px * px + py * py)
-        if distance > 0.5 * reach:
-            above = distance * (1.0 - 2.0**-40) - (reach + fat)
-            rate = ((px * vx + py * vy) - fat * speed) / distance - doubt
-            bend = ((px * bx + py * by) - fat * pulls) / distance
-            away = larger(away, stays_above(above, rate, bend, -2.0 * fat - 2.0**-39 * distance, ends))
+        away = larger(away, corner_stays(f, beside, reach, fat, doubt, way, ends))
     return away
 
 

@@ -66,12 +66,12 @@ from kinetile.toolbox import (
 )
 from kinetile.toolbox.lanes import (
     LANES,
+    Floats,
     choose,
     fill,
     numbered,
     numbers,
     pick,
-    places,
     root,
     spread,
     spread_whole,
@@ -93,6 +93,7 @@ from kinetile.toolbox.ticks import (
     touch_about,
     turns_between,
 )
+from kinetile_plugins.constants import with_constants
 from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
@@ -105,7 +106,13 @@ from kinetile_plugins.lower_bounds import (
     merged,
     nearest_image,
     two_least,
+    ways,
 )
+
+Pair = tuple[Floats, Floats]
+
+EQUAL = PERIODIC = False
+"""Whether all bodies have one radius; whether axes are periodic."""
 
 
 @hook
@@ -204,168 +211,165 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
     return delay
 
 
-def _bounds(equal: bool, periodic: bool) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest``, for bodies of one radius or of any, and where axes are periodic."""
-
-    @unchecked
-    @hook
-    def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-        """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
-        whom.
-
-        The bounds are delays after tick ``at``, infinite where there is no contact; the proof is above. Up to
-        eight places behind those that count are written to.
-        """
-        limits = k.clock[0].limits
-        radius = limits.widest if equal else k.radii[body]
-        own = radius + limits.fat
-        if count == 1:
-            single = k.near[0]
-            if single == body or single == barred:  # noqa: SIM109 - no tuple in a hook
-                return math.inf, math.inf, NOBODY
-            reach_of_two = (limits.widest if equal else k.radii[single]) + own
-            soon = not_before(k, body, single, at, reach_of_two, periodic)
-            return soon, math.inf, int(single) if soon < math.inf else NOBODY
-        fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
-        elapsed = spread(since_origin(k, at))
-        place = k.places[body]
-        x = spread(place.x)
-        y = spread(place.y)
-        vx = spread(place.vx)
-        vy = spread(place.vy)
-        fat2 = spread(limits.fat * limits.fat)
-        own_reach = spread(own)
-        reach = spread(radius + own)
-        reach2 = reach * reach
-        none = spread(NONE)
-        never = spread(math.inf)
-        myself = spread_whole(body)
-        not_this = spread_whole(barred)
-        soon = math.inf
-        rest = math.inf
-        who = NOBODY
-        start = 0
-        while True:  # at least once, and with one comparison a turn: a range in a range costs 45 instructions
-            begin = start
-            end = smaller(begin + PLACES, count)
-            first = never
-            second = never
-            while True:
-                other_x, other_y, other_vx, other_vy = places(k.places, k.near, start)
-                if not equal:
-                    reach = pick(k.radii, k.near, start) + own_reach
-                    reach2 = reach * reach
-                dvx = other_vx - vx
-                dvy = other_vy - vy
-                dx = (other_x - x) + dvx * elapsed
-                dy = (other_y - y) + dvy * elapsed
-                if periodic:
-                    dx, dy = nearest_image(k, dx, dy)
-                delay, left_out = circles_meet(dx, dy, dvx, dvy, reach2, fat2)
-                if periodic:
-                    delay = before_other_images(k, choose(left_out, never, delay), dvx, dvy, reach)
-                    left_out = delay > none
-                other = numbers(k.near, start)
-                left_out = left_out | (other == myself) | (other == not_this)
-                delay = choose(left_out, never, numbered(delay, start - begin))
-                first, second = two_least(first, second, delay)
-                start += LANES
-                if start >= end:
-                    break
-            soon, rest, who = alone(k, begin, first, second, soon, rest, who)
-            if start >= count:
-                break
-        return soon, rest, who
-
-    return soonest
+@hook
+def bound_of_one(k: Kernel, body: int, barred: int, at: int) -> tuple[float, float, int]:
+    """Returns what ``soonest`` does of ``k.near[0]`` alone."""
+    other = k.near[0]
+    if other == body or other == barred:  # noqa: SIM109 - no tuple in a hook
+        return math.inf, math.inf, NOBODY
+    limits = k.clock[0].limits
+    own = (limits.widest if EQUAL else k.radii[body]) + limits.fat
+    soon = not_before(k, body, other, at, (limits.widest if EQUAL else k.radii[other]) + own, PERIODIC)
+    return soon, math.inf, int(other) if soon < math.inf else NOBODY
 
 
-soonest, soonest_of_equals = _bounds(False, False), _bounds(True, False)
-soonest_of_images = _bounds(False, True)
+@unchecked
+@hook
+def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
 
-
-def _bent_bounds(periodic: bool) -> Callable[..., tuple[float, float, int]]:
-    """Returns the hook ``soonest`` for bodies with accelerations of their own: none along a periodic axis."""
-
-    @unchecked
-    @hook
-    def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-        """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either:
-        then one of the two is looked at again, so of what is later nothing is said.
-
-        Of two that are d apart, with a relative velocity v and acceleration b, both of these are before the
-        contact, and the later one counts. With h the time until that end, the relative path is at most |b|
-        h^2 / 8 away from its own chord: discs that are fattened by that touch on it. And n . (d + v t + b t^2
-        / 2) is less than the distance, with n = d / |d|: it comes down to the sum of the radii before. That
-        one knows that two that have just met part, and when they come back.
-        """
-        limits = k.clock[0].limits
-        fill(k.near, count, body)
-        fat = spread(limits.fat)
-        own = spread(k.radii[body] + limits.fat)
-        zero = spread(0.0)
-        least = spread(LEAST)
-        never = spread(math.inf)
-        less = spread(1.0 - 2.0**-40)
-        more = spread(1.0 + 2.0**-40)
-        room = spread(2.0**14 * k.clock[0].tick)
-        myself = spread_whole(body)
-        soon = math.inf
-        rest = math.inf
-        who = NOBODY
-        second_of = NOBODY
-        start = 0
+    The bounds are delays after tick ``at``, infinite where there is no contact; the proof is above. Up to
+    eight places behind those that count are written to.
+    """
+    if count == 1:
+        return bound_of_one(k, body, barred, at)
+    limits = k.clock[0].limits
+    radius = limits.widest if EQUAL else k.radii[body]
+    fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+    fat2 = spread(limits.fat * limits.fat)
+    own_reach = spread(radius + limits.fat)
+    reach = spread(radius + (radius + limits.fat))
+    reach2 = reach * reach
+    none = spread(NONE)
+    never = spread(math.inf)
+    myself = spread_whole(body)
+    not_this = spread_whole(barred)
+    soon = math.inf
+    rest = math.inf
+    who = NOBODY
+    start = 0
+    while True:  # at least once, and with one comparison a turn: a range in a range costs 45 instructions
+        begin = start
+        end = smaller(begin + PLACES, count)
+        first = never
+        second = never
         while True:
-            begin = start
-            stop = smaller(begin + PLACES, count)
-            first = never
-            second = never
-            while True:
-                dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
-                _, cx, cy, sagitta, pulls = chords(vx, vy, bx, by, span)
-                reach = pick(k.radii, k.near, start) + own
-                wide = reach + sagitta
-                if periodic:
-                    dx, dy = nearest_image(k, dx, dy)
-                d2 = dx * dx + dy * dy
-                approach = dx * cx + dy * cy
-                gap = d2 * spread(1.0 - 2.0**-46) - wide * wide
-                inside = approach * approach - (cx * cx + cy * cy) * gap
-                delay = gap / (root(inside) - approach)
-                delay = choose(delay > least, delay, least)
-                delay = choose(((approach > zero) & (gap > zero)) | (inside < zero), never, delay)
-                distance = root(d2)
-                above = distance * less - reach
-                speed = root(vx * vx + vy * vy)
-                rate = ((dx * vx + dy * vy) - fat * speed) / distance
-                bend = ((dx * bx + dy * by) - fat * pulls) / distance
-                inside = rate * rate - (bend + bend) * above
-                parts = rate > zero
-                later = (rate + root(inside)) / (zero - bend)
-                later = choose(parts, later, (above + above) / (root(inside) - rate)) * less
-                later = choose(later > least, later, least)
-                away = (parts & (bend >= zero)) | ((inside < zero) & (above > zero))
-                later = choose(away, never, later)
-                delay = choose(later > delay, later, delay)
-                if periodic:
-                    delay = before_other_images(k, delay, vx, vy, reach)
-                left_out = (delay > span * more + room) | (numbers(k.near, start) == myself)
-                delay = choose(left_out, never, numbered(delay, start - begin))
-                first, second = two_least(first, second, delay)
-                start += LANES
-                if start >= stop:
-                    break
-            soon, rest, who, second_of = merged(k, begin, first, second, soon, rest, who, second_of)
-            if start >= count:
+            dx, dy, vx, vy = ways(k, body, start, at)
+            if not EQUAL:
+                reach = pick(k.radii, k.near, start) + own_reach
+                reach2 = reach * reach
+            if PERIODIC:
+                dx, dy = nearest_image(k, dx, dy)
+            delay, left_out = circles_meet(dx, dy, vx, vy, reach2, fat2)
+            if PERIODIC:
+                delay = before_other_images(k, choose(left_out, never, delay), vx, vy, reach)
+                left_out = delay > none
+            other = numbers(k.near, start)
+            left_out = left_out | (other == myself) | (other == not_this)
+            delay = choose(left_out, never, numbered(delay, start - begin))
+            first, second = two_least(first, second, delay)
+            start += LANES
+            if start >= end:
                 break
-        if not soon < NONE:
-            return math.inf, math.inf, NOBODY
-        return soon, rest if rest < NONE else math.inf, who
+        soon, rest, who = alone(k, begin, first, second, soon, rest, who)
+        if start >= count:
+            break
+    return soon, rest, who
 
-    return soonest
+
+soonest_of_equals = with_constants([bound_of_one, soonest], EQUAL=True)["soonest"]
+soonest_of_images = with_constants([bound_of_one, soonest], PERIODIC=True)["soonest"]
 
 
-soonest_bent, soonest_of_bent_images = _bent_bounds(False), _bent_bounds(True)
+@hook
+def until_chord(dx: Floats, dy: Floats, cx: Floats, cy: Floats, wide: Floats) -> Floats:
+    """Returns when discs touch on the chord of their relative way, fattened by how far that is from it at
+    most, |b| h^2 / 8 with h the time until its end: a bound, ``LEAST`` or more."""
+    zero = spread(0.0)
+    least = spread(LEAST)
+    approach = dx * cx + dy * cy
+    gap = (dx * dx + dy * dy) * spread(1.0 - 2.0**-46) - wide * wide
+    inside = approach * approach - (cx * cx + cy * cy) * gap
+    delay = gap / (root(inside) - approach)
+    delay = choose(delay > least, delay, least)
+    return choose(((approach > zero) & (gap > zero)) | (inside < zero), spread(math.inf), delay)
+
+
+@hook
+def until_reach(d: Pair, v: Pair, b: Pair, reach: Floats, fat: Floats, pulls: Floats) -> Floats:
+    """Returns when n . (d + v t + b t^2 / 2) comes down to the sum of the radii, n = d / |d|: it is less than
+    the distance, so that is a bound. It knows that two that have just met part, and when they come back."""
+    zero = spread(0.0)
+    less = spread(1.0 - 2.0**-40)
+    dx, dy = d
+    vx, vy = v
+    bx, by = b
+    distance = root(dx * dx + dy * dy)
+    above = distance * less - reach
+    rate = ((dx * vx + dy * vy) - fat * root(vx * vx + vy * vy)) / distance
+    bend = ((dx * bx + dy * by) - fat * pulls) / distance
+    inside = rate * rate - (bend + bend) * above
+    parts = rate > zero
+    later = (rate + root(inside)) / (zero - bend)
+    later = choose(parts, later, (above + above) / (root(inside) - rate)) * less
+    later = choose(later > spread(LEAST), later, spread(LEAST))
+    away = (parts & (bend >= zero)) | ((inside < zero) & (above > zero))
+    return choose(away, spread(math.inf), later)
+
+
+@unchecked
+@hook
+def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+    """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either:
+    then one of the two is looked at again, so of what is later nothing is said.
+
+    Two bounds are before the contact, ``until_chord`` and ``until_reach``, and the later one counts.
+    """
+    limits = k.clock[0].limits
+    fill(k.near, count, body)
+    fat = spread(limits.fat)
+    own = spread(k.radii[body] + limits.fat)
+    never = spread(math.inf)
+    more = spread(1.0 + 2.0**-40)
+    room = spread(2.0**14 * k.clock[0].tick)
+    myself = spread_whole(body)
+    soon = math.inf
+    rest = math.inf
+    who = NOBODY
+    second_of = NOBODY
+    start = 0
+    while True:
+        begin = start
+        stop = smaller(begin + PLACES, count)
+        first = never
+        second = never
+        while True:
+            dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
+            _, cx, cy, sagitta, pulls = chords(vx, vy, bx, by, span)
+            reach = pick(k.radii, k.near, start) + own
+            wide = reach + sagitta
+            if PERIODIC:
+                dx, dy = nearest_image(k, dx, dy)
+            delay = until_chord(dx, dy, cx, cy, wide)
+            later = until_reach((dx, dy), (vx, vy), (bx, by), reach, fat, pulls)
+            delay = choose(later > delay, later, delay)
+            if PERIODIC:
+                delay = before_other_images(k, delay, vx, vy, reach)
+            left_out = (delay > span * more + room) | (numbers(k.near, start) == myself)
+            delay = choose(left_out, never, numbered(delay, start - begin))
+            first, second = two_least(first, second, delay)
+            start += LANES
+            if start >= stop:
+                break
+        soon, rest, who, second_of = merged(k, begin, first, second, soon, rest, who, second_of)
+        if start >= count:
+            break
+    if not soon < NONE:
+        return math.inf, math.inf, NOBODY
+    return soon, rest if rest < NONE else math.inf, who
+
+
+soonest_of_bent_images = with_constants([soonest_bent], PERIODIC=True)["soonest_bent"]
 
 
 @hook

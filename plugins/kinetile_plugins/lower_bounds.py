@@ -152,6 +152,18 @@ def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach:
 
 
 @hook
+def ways(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Returns how eight bodies, from a place in ``k.near`` on, are apart from another one at a tick, and how
+    they move, along x and y."""
+    elapsed = spread(since_origin(k, at))
+    one = k.places[body]
+    x, y, vx, vy = places(k.places, k.near, start)
+    vx = vx - spread(one.vx)
+    vy = vy - spread(one.vy)
+    return (x - spread(one.x)) + vx * elapsed, (y - spread(one.y)) + vy * elapsed, vx, vy
+
+
+@hook
 def bent_ways(
     k: Kernel, body: int, start: int, at: int
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:

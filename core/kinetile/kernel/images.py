@@ -48,14 +48,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from kinetile.kernel.certificates.discs import touch
 from kinetile.kernel.certificates.plans import Plans, are_accelerated, plans_through
-from kinetile.kernel.compiled import hook, larger, smaller, template, unchecked
+from kinetile.kernel.compiled import hook, larger, python_of, smaller, template, unchecked
 from kinetile.kernel.flight import anchor_at, position_at, velocity_at
 from kinetile.kernel.passings import counts_from, is_passing, passes
-from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, blame, elder
+from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, elder
 from kinetile.kernel.vectors import product_error
 
 BEAT = 1 << 53
@@ -141,15 +142,21 @@ def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> flo
 
 
 @hook
+def image_of(k: Kernel, early: int, late: int, elder: int, plans: Plans) -> tuple[int, int]:
+    """Return the image of plans, counted from the elder of two bodies to the younger."""
+    sense = 1 if early == elder else -1
+    m = int(plans.x.turns) - (k.images[late].kx - k.images[early].kx)
+    n = int(plans.y.turns) - (k.images[late].ky - k.images[early].ky)
+    return sense * m, sense * n
+
+
+@hook
 def have_just_met(k: Kernel, early: int, late: int, plans: Plans) -> bool:
     """Whether two bodies have just met, through the image of their plans (rules 7 and 7p)."""
     met = k.bodies[early].last == late and k.bodies[late].last == early
     if met and len(k.images) > 0:
-        image = k.images[early]
-        sense = 1 if elder(k, early, late) == early else -1
-        m = sense * (int(plans.x.turns) - (k.images[late].kx - image.kx))
-        n = sense * (int(plans.y.turns) - (k.images[late].ky - image.ky))
-        met = m == image.last_m and n == image.last_n
+        m, n = image_of(k, early, late, elder(k, early, late), plans)
+        met = m == k.images[early].last_m and n == k.images[early].last_n
     return bool(met)
 
 
@@ -165,104 +172,6 @@ def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(touch(plans, one.radius, two.radius, int(met), -1, counts_from(k, early, late, two.anchor)))
 
 
-def first_image_of(
-    touches: Callable[[Kernel, int, int, Any], int],
-    overlap: Callable[[Kernel, int, int, float, float], float],
-) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
-    for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
-    its place, and may be accelerated along an axis with walls."""
-
-    @unchecked
-    @hook
-    def first_image(k: Kernel, a: int, b: int) -> int:
-        """Return the tick of the first contact of two bodies, ``a`` the elder, through any image but the one
-        that is barred, or ``NEVER``; write to the clock through which. Of several at one tick it is that of
-        the least m, then of the least n. Two that may pass do not meet through an image while they are
-        passing through it, nor in the past: that passing has begun and ended."""
-        clock = k.clock[0]
-        torus = clock.torus
-        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-        late = a + b - early
-        one = k.bodies[early]
-        two = k.bodies[late]
-        bent = are_accelerated(one)
-        since = two.anchor
-        sense = 1 if early == a else -1
-        kx = k.images[late].kx - k.images[early].kx
-        ky = k.images[late].ky - k.images[early].ky
-        barred = k.bodies[a].last == b and k.bodies[b].last == a
-        passing = len(k.rules) > 0 and passes(k, a, b)
-        x, y = position_at(k, one, since)
-        dx = two.x - x
-        dy = two.y - y
-        flies_x, flies_y = velocity_at(k, one, since)
-        ux = two.vx - flies_x
-        uy = two.vy - flies_y
-        reach = one.radius + two.radius
-        far = reach * (1.0 + 2.0**-40) + clock.limits.fat
-        way = 1.0 if ux > 0.0 else -1.0
-        speed = abs(ux)
-        best = torus.foreseen
-        m = 0
-        n = 0
-        best_dx = dx
-        best_dy = dy
-        column = float(math.floor((far - way * dx) * torus.per_x))
-        while True:
-            place = way * dx + column * torus.x
-            limit = float(best + 2) * clock.tick
-            enters = 0.0
-            leaves = limit
-            if not bent or torus.x > 0.0:  # else accelerated perhaps, and the only column
-                if place < -far:
-                    enters = (-far - place) / speed if speed > 0.0 else math.inf
-                if not enters <= limit:
-                    break
-                leaves = smaller((far - place) / speed, limit) if speed > 0.0 else limit
-            from_y = dy + uy * enters
-            to_y = dy + uy * leaves
-            row = -float(math.floor((larger(from_y, to_y) + far) * torus.per_y))
-            last = float(math.floor((far - smaller(from_y, to_y)) * torus.per_y))
-            while leaves >= 0.0 and row <= last:
-                this_m = sense * (int(way * column) - kx)
-                this_n = sense * (int(row) - ky)
-                image = k.images[a]
-                left_out = not bent and barred and this_m == image.last_m and this_n == image.last_n
-                if passing:
-                    left_out = is_passing(k, a, b, this_m, this_n)
-                if not left_out:
-                    plans = plans_through(k, one, two, way * column, row)
-                    delay = touches(k, early, late, plans)
-                    if passing and delay < k.clock[0].now - since:
-                        delay = NEVER
-                    tie = delay == best and (this_m < m or (this_m == m and this_n < n))
-                    if delay < best or (tie and best < torus.foreseen):
-                        best = delay
-                        m = this_m
-                        n = this_n
-                        best_dx = dx + way * column * torus.x
-                        best_dy = dy + row * torus.y
-                row += 1.0
-            if torus.x == 0.0:
-                break
-            column -= 1.0
-        if best >= torus.foreseen:
-            return NEVER
-        torus.m = m
-        torus.n = n
-        if best == 0:
-            depth = overlap(k, early, late, best_dx, best_dy)
-            if depth > clock.limits.tolerance + 1e-9 * reach:
-                blame(k, TOO_DEEP, a, b)
-        return int(since + best)
-
-    return first_image
-
-
-first_image = first_image_of(discs_touch, discs_overlap)
-
-
 @hook
 def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, float]:
     """Return the image on the clock as whole numbers of periods that are added to the place of ``late`` less
@@ -272,6 +181,110 @@ def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, 
     m = sense * torus.m + k.images[late].kx - k.images[early].kx
     n = sense * torus.n + k.images[late].ky - k.images[early].ky
     return float(m), float(n)
+
+
+@hook
+def flight_between(k: Kernel, one: Records, two: Records) -> tuple[float, float, float, float]:
+    """Return how far two is from one, by their plans, and how fast it goes away, at the anchor of two."""
+    x, y = position_at(k, one, two.anchor)
+    vx, vy = velocity_at(k, one, two.anchor)
+    return two.x - x, two.y - y, two.vx - vx, two.vy - vy
+
+
+@hook
+def time_within(place: float, speed: float, far: float, limit: float) -> tuple[float, float]:
+    """Return from when until when, up to a limit, a place that moves ahead is within ``far`` of 0."""
+    if not speed > 0.0:
+        return math.inf if place < -far else 0.0, limit
+    return (-far - place) / speed if place < -far else 0.0, smaller((far - place) / speed, limit)
+
+
+@hook
+def rows_within(
+    dy: float, uy: float, enters: float, leaves: float, far: float, per_y: float
+) -> tuple[float, float]:
+    """Return the first and the last row of images that are within ``far`` along y in a time."""
+    from_y = dy + uy * enters
+    to_y = dy + uy * leaves
+    first = -float(math.floor((larger(from_y, to_y) + far) * per_y))
+    return first, float(math.floor((far - smaller(from_y, to_y)) * per_y))
+
+
+@hook
+def is_left_out(k: Kernel, a: int, early: int, late: int, plans: Plans, passing: bool) -> bool:
+    """Whether two bodies do not meet through the image of plans: they pass through each other there, or have
+    just met there. For accelerated ones the certificate decides the latter."""
+    if passing:
+        b = early + late - a
+        m, n = image_of(k, early, late, a, plans)
+        return bool(is_passing(k, a, b, m, n))
+    return not are_accelerated(k.bodies[early]) and have_just_met(k, early, late, plans)
+
+
+@unchecked
+@hook
+def first_image(k: Kernel, a: int, b: int) -> int:
+    """Return the tick of the first contact of two bodies, ``a`` the elder, through any image that is not left
+    out, or ``NEVER``; write to the clock through which. Of several at one tick it is that of the least m,
+    then of the least n. Two that may pass do not meet in the past: that passing has begun and ended.
+
+    Columns come as they are within reach: what is behind the last of them is later than ``best``."""
+    clock = k.clock[0]
+    torus = clock.torus
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    one = k.bodies[early]
+    two = k.bodies[late]
+    passing = len(k.rules) > 0 and passes(k, a, b)
+    earliest = clock.now - two.anchor if passing else 0
+    dx, dy, ux, uy = flight_between(k, one, two)
+    reach = one.radius + two.radius
+    far = reach * (1.0 + 2.0**-40) + clock.limits.fat
+    way = 1.0 if ux > 0.0 else -1.0
+    best = torus.foreseen
+    column = float(math.floor((far - way * dx) * torus.per_x))
+    while True:
+        enters = 0.0
+        leaves = limit = float(best + 2) * clock.tick
+        if not are_accelerated(one) or torus.x > 0.0:  # else accelerated perhaps, and the only column
+            enters, leaves = time_within(way * dx + column * torus.x, abs(ux), far, limit)
+            if not enters <= limit:
+                break
+        row, last = rows_within(dy, uy, enters, leaves, far, torus.per_y)
+        while leaves >= 0.0 and row <= last:
+            plans = plans_through(k, one, two, way * column, row)
+            if not is_left_out(k, a, early, late, plans, passing):
+                delay = discs_touch(k, early, late, plans)
+                m, n = image_of(k, early, late, a, plans)
+                tie = delay == best and (m < torus.m or (m == torus.m and n < torus.n))
+                if delay >= earliest and (delay < best or (tie and best < torus.foreseen)):
+                    best = delay
+                    torus.m = m
+                    torus.n = n
+            row += 1.0
+        if torus.x == 0.0:
+            break
+        column -= 1.0
+    if best >= torus.foreseen:
+        return NEVER
+    if best == 0:
+        right, up = turns_between(k, early, late, a)
+        depth = discs_overlap(k, early, late, dx + right * torus.x, dy + up * torus.y)
+        if depth > clock.limits.tolerance + 1e-9 * reach:
+            blame(k, TOO_DEEP, a, b)
+    return int(two.anchor + best)
+
+
+def first_image_of(
+    touches: Callable[[Kernel, int, int, Any], int],
+    overlap: Callable[[Kernel, int, int, float, float], float],
+) -> Callable[[Kernel, int, int], int]:
+    """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
+    for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
+    its place, and may be accelerated along an axis with walls."""
+    search = python_of(first_image)
+    names = search.__globals__ | {"discs_touch": touches, "discs_overlap": overlap}
+    return unchecked(hook(FunctionType(search.__code__, names, search.__name__)))
 
 
 @hook

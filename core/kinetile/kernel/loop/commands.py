@@ -85,6 +85,14 @@ def plan_changed(k: Kernel, body: int) -> None:
     note_place(k, body)
 
 
+@template
+def renew_plan(k: Kernel, body: int) -> None:
+    """Make void what depends on the old plan of a body that goes on: other entries, and its partings."""
+    plan_changed(k, body)
+    if PASSING:
+        plan_partings(k, body)
+
+
 @hook
 def met_at(k: Kernel, tick: int) -> int:
     """Return how many contacts have happened at a tick that is not in the past."""
@@ -461,9 +469,7 @@ def free(k: Kernel, body: int, at: int) -> None:
     let_go(k, body)
     take_hold(k, body)
     plan.last = NOBODY
-    plan_changed(k, body)
-    if PASSING:
-        plan_partings(k, body)
+    renew_plan(k, body)
     log(k, at, body, HELD)
 
 
@@ -480,58 +486,57 @@ def free_from(k: Kernel, support: int, at: int) -> None:
 
 
 @template
-def carry_out(k: Kernel, s: Any) -> int:
-    """Carry out the next command, at its tick; return the slot of the body that is to be refreshed, or
-    NOBODY. With ``LIVING``, there is room for a new body."""
-    clock = k.clock[0]
-    lists = clock.lists
-    command = k.commands[lists.command]
-    lists.command += 1
-    at = command.tick
-    body = NOBODY
-    if not LIVING or command.code != INSERTED:
-        body = slot_of(k, command.body)
-        anchor(k, body, at)
-    if LIVING and (command.code == REMOVED or command.code == MOVED):
-        if PASSING:
-            end_all_passings(k, body, at)
-        if command.code == REMOVED:
-            log(k, at, body, REMOVED)
-        else:
-            take_on(k, command)
-        clock.hand = body
-        leave(k, s, body)
-        remove_body(k, body)
-        if command.code == REMOVED:
-            k.counts[0].removed += 1
-            if RESTING:
-                free_from(k, body, at)
-            return NOBODY
-    if LIVING and (command.code == INSERTED or command.code == MOVED):
-        body = insert_body(k, command)
-        log(k, at, body, command.code)
-        if command.code == INSERTED:
-            k.counts[0].inserted += 1
-        else:
-            k.counts[0].turns += 1
-            if RESTING:
-                free_from(k, body, at)
-        clock.hand = body
-        enter(k, s, body)
-        if PASSING:
-            begin_with_all(k, body, at)
-        return body
-    plan = k.bodies[body]
-    if RESTING and command.code != REANCHORED:
-        let_go(k, body)
-    if command.code == TURNED:
+def take_out(k: Kernel, s: Any, command: Records) -> None:
+    """Remove the body of a command that removes or moves it, first from its passings, then from the broad
+    phase's structure, which reads its plan, then from the tables."""
+    body = slot_of(k, command.body)
+    anchor(k, body, command.tick)
+    if PASSING:
+        end_all_passings(k, body, command.tick)
+    if command.code == REMOVED:
+        log(k, command.tick, body, REMOVED)
+        k.counts[0].removed += 1
+    else:
+        take_on(k, command)
+    k.clock[0].hand = body
+    leave(k, s, body)
+    remove_body(k, body)
+    if RESTING and command.code == REMOVED:
+        free_from(k, body, command.tick)
+
+
+@template
+def bring_in(k: Kernel, s: Any, command: Records) -> int:
+    """Insert the body of a command that inserts or moves it, and log that, before its passings begin; return
+    its slot, a vacant one, which a body that moves has just left."""
+    body = insert_body(k, command)
+    log(k, command.tick, body, command.code)
+    if command.code == INSERTED:
+        k.counts[0].inserted += 1
+    else:
         k.counts[0].turns += 1
+        if RESTING:
+            free_from(k, body, command.tick)
+    k.clock[0].hand = body
+    enter(k, s, body)
+    if PASSING:
+        begin_with_all(k, body, command.tick)
+    return body
+
+
+@template
+def change(k: Kernel, body: int, command: Records) -> None:
+    """Give a body that has been anchored the velocity, acceleration or kind of a command, and account for the
+    energy."""
+    plan = k.bodies[body]
+    if command.code != REANCHORED:
+        k.counts[0].turns += 1
+    if command.code == TURNED:
         gained = command.vx * command.vx + command.vy * command.vy - square_of_speed(plan)
         _account(k, k.mass[body], gained)
         plan.vx = command.vx
         plan.vy = command.vy
     if BENT and command.code == ACCELERATED:
-        k.counts[0].turns += 1
         before = twice_energy(plan)
         if RESTING:
             plan.whole_x = command.ax
@@ -539,17 +544,35 @@ def carry_out(k: Kernel, s: Any) -> int:
         bend(k, body, command)
         _account(k, k.mass[body], twice_energy(plan) - before)
     if RULES and command.code == OF_KIND:
-        k.counts[0].turns += 1
         k.traits[body].kind = command.kind
-    plan.last = NOBODY
+
+
+@template
+def carry_out(k: Kernel, s: Any) -> int:
+    """Carry out the next command, at its tick; return the slot of the body that is to be refreshed, or
+    NOBODY. With ``LIVING``, there is room for a new body."""
+    lists = k.clock[0].lists
+    command = k.commands[lists.command]
+    lists.command += 1
+    if LIVING and (command.code == REMOVED or command.code == MOVED):
+        take_out(k, s, command)
+        if command.code == REMOVED:
+            return NOBODY
+    if LIVING and (command.code == INSERTED or command.code == MOVED):
+        return bring_in(k, s, command)
+    at = command.tick
+    body = slot_of(k, command.body)
+    anchor(k, body, at)
+    if RESTING and command.code != REANCHORED:
+        let_go(k, body)
+    change(k, body, command)
+    k.bodies[body].last = NOBODY
     changed = False
     if RESTING and command.code == REANCHORED:
         foresee_ledge(k, body)
     elif RESTING:
         changed = take_hold(k, body)
-    plan_changed(k, body)
-    if PASSING:
-        plan_partings(k, body)
+    renew_plan(k, body)
     log(k, at, body, command.code)
     freeing = command.code == TURNED or command.code == OF_KIND
     if RESTING and changed and freeing:

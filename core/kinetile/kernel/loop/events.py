@@ -22,15 +22,15 @@ from kinetile.kernel.loop.commands import (
     foresee_ledge,
     has_vacancy,
     must_wait,
-    plan_changed,
+    renew_plan,
 )
 from kinetile.kernel.loop.responses import (
     answer,
     answer_wall,
     begin_passing,
     crowded,
+    end_passing,
     find_leave,
-    plan_partings,
 )
 from kinetile.kernel.passings import passes
 from kinetile.kernel.rest import take_hold
@@ -125,9 +125,7 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
     k.bodies[body].last = NOBODY
     if RESTING:
         foresee_ledge(k, body)
-    plan_changed(k, body)
-    if PASSING:
-        plan_partings(k, body)
+    renew_plan(k, body)
     log(k, at, body, REANCHORED)
     return REPLAN, body
 
@@ -193,9 +191,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     changed = False
     if RESTING:
         changed = take_hold(k, h)
-    plan_changed(k, h)
-    if PASSING:
-        plan_partings(k, h)
+    renew_plan(k, h)
     log(k, at, h, wall)
     if RESTING and changed:
         log(k, at, h, HELD)
@@ -209,6 +205,19 @@ def put_back(k: Kernel, body: int) -> None:
     before = k.places[body]
     k.bodies[body].vx = before.vx
     k.bodies[body].vy = before.vy
+
+
+@template
+def run_parting(k: Kernel, h: int, at: int) -> tuple[int, int]:
+    """End the passing whose end the head awaits; return the task, and the other body of it, or NOBODY."""
+    k.clock[0].now = larger(k.clock[0].now, at)
+    pair = find_leave(k, h)
+    other = k.passings[pair].b
+    end_passing(k, pair, at)
+    find_leave(k, h)
+    if MIXED:  # they may meet again by the same plans
+        return REFRESH, other
+    return REFILE, NOBODY
 
 
 @template
@@ -229,9 +238,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
         if crowded(k, 1):
             return CROWDED, NOTHING, NOBODY, NOBODY
         clock.now = at
-        m = k.images[h].m if PERIODIC else 0
-        n = k.images[h].n if PERIODIC else 0
-        begin_passing(k, a, b, at, m, n)
+        begin_passing(k, a, b, at, k.images[h].m if PERIODIC else 0, k.images[h].n if PERIODIC else 0)
         return NO_REASON, REFRESH, a, b
     clock.now = at
     one = k.bodies[a]
@@ -255,11 +262,8 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     if RESTING:
         one_changed = take_hold(k, a)
         two_changed = take_hold(k, b)
-    plan_changed(k, a)
-    plan_changed(k, b)
-    if PASSING:
-        plan_partings(k, a)
-        plan_partings(k, b)
+    renew_plan(k, a)
+    renew_plan(k, b)
     log(k, at, a, b)
     if RESTING and one_changed:
         log(k, at, a, HELD)

@@ -68,11 +68,12 @@ from kinetile.kernel.loop.events import (
     leaves_support,
     run_command,
     run_contact,
+    run_parting,
     run_structural,
     run_wall_contact,
 )
 from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
-from kinetile.kernel.loop.responses import crowded, end_passing, find_leave
+from kinetile.kernel.loop.responses import crowded, find_leave
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     CHORD,
@@ -130,9 +131,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             return TIME_REACHED
         # ``at`` is before the origin where guesses ran ahead and a body is turned.
         if abs(at - clock.origin) > clock.limits.span:
-            note_all_places(k, at)
-            if BENT:
-                note_all_places(with_shadows(k), at)
+            note_origin(k, at)
 
         task, a, b, newcomers = NOTHING, h, NOBODY, 0
         if PAIRS and (kind == GUESS or kind == PAIR):  # noqa: SIM109 - compared without making a tuple
@@ -143,42 +142,54 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             note_next(k, h, kind, at)
             return BUDGET_SPENT
         budget -= 1
-        if BENT and kind == CHORD:
-            clock.now = larger(clock.now, at)
-            k.counts[0].structural += 1
-            task = REPLAN if MIXED and BOUNDS else RELAY
-            continue
-        if kind == STRUCTURAL:
-            newcomers = run_structural(k, s, h, at)
-            task = REFILE
-            continue
-        if log_is_full(k, 3 if RESTING else 1):
-            return LOG_FULL
-        if PERIODIC and kind == BEAT:
-            task, a = anchor_next(k, at)
-        elif COMMANDS and kind == TURN:
-            reason, task, a = run_command(k, s, at)
-        elif holds_back(k, h, kind, at):
-            task = REFILE
-        elif PASSING and kind == PARTING:
-            clock.now = larger(clock.now, at)
-            pair = find_leave(k, h)
-            if MIXED:  # they may meet again by the same plans
-                b = k.passings[pair].b
-            end_passing(k, pair, at)
-            find_leave(k, h)
-            task = REFRESH if MIXED else REFILE
-        elif RESTING and kind == WALL and leaves_support(k, h):
-            clock.now = larger(clock.now, at)
-            k.counts[0].structural += 1
-            free(k, h, at)
-            task = REPLAN
-        elif WALLS and kind == WALL:
-            task = run_wall_contact(k, h, at)
-        elif PAIRS:
-            reason, task, a, b = run_contact(k, h, at)
+        reason, task, a, b, newcomers = run_event(k, s, h, kind, at)
         if reason != NO_REASON:
             return reason
+
+
+@template
+def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, int, int, int]:
+    """Run what comes next at tick ``at``: return (NO_REASON, task, body, another, newcomers) for ``restore``.
+
+    Before: it is no guess, and nothing is before it. After: it has happened; or there is a reason to stop
+    before it, or behind what is watched, and it is still at the head.
+    """
+    clock = k.clock[0]
+    reason, task, a, b = NO_REASON, REFILE, h, NOBODY
+    if kind == STRUCTURAL:
+        return reason, task, a, b, run_structural(k, s, h, at)
+    if BENT and kind == CHORD:
+        clock.now = larger(clock.now, at)
+        k.counts[0].structural += 1
+        return reason, REPLAN if MIXED and BOUNDS else RELAY, a, b, 0
+    if log_is_full(k, 3 if RESTING else 1):
+        return LOG_FULL, task, a, b, 0
+    if PERIODIC and kind == BEAT:
+        task, a = anchor_next(k, at)
+    elif COMMANDS and kind == TURN:
+        reason, task, a = run_command(k, s, at)
+    elif holds_back(k, h, kind, at):
+        pass
+    elif PASSING and kind == PARTING:
+        task, b = run_parting(k, h, at)
+    elif RESTING and kind == WALL and leaves_support(k, h):
+        clock.now = larger(clock.now, at)
+        k.counts[0].structural += 1
+        free(k, h, at)
+        task = REPLAN
+    elif WALLS and kind == WALL:
+        task = run_wall_contact(k, h, at)
+    elif PAIRS:
+        reason, task, a, b = run_contact(k, h, at)
+    return reason, task, a, b, 0
+
+
+@template
+def note_origin(k: Kernel, tick: int) -> None:
+    """Make a tick the origin from which rows of places count."""
+    note_all_places(k, tick)
+    if BENT:
+        note_all_places(with_shadows(k), tick)
 
 
 @template
@@ -189,9 +200,7 @@ def start(k: Kernel, s: Any) -> None:
     """
     clock = k.clock[0]
     clock.built = 1
-    note_all_places(k, clock.now)
-    if BENT:
-        note_all_places(with_shadows(k), clock.now)
+    note_origin(k, clock.now)
     clock.hand = NOBODY
     build(k, s)
     clock.lists.offered = len(k.offers) + 1
@@ -204,49 +213,37 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
     Before: every entry is true and filed but those of ``a`` and ``b`` (or NOBODY), for which ``task`` says
     what is to be done, with the first ``newcomers`` of ``k.near``, and those of bodies that are offered. No
     contact is before ``at``. After: every entry is true and filed, and nothing is offered; or there is a
-    fault, or too little room for pairs.
+    fault, or too little room for pairs. Each body goes this way::
+
+        take --stale--> refresh --> look --the last of its task--> file, and who waits --> take
+         |--newcomers alone---------> |
+         |                            `--another is stale--> wait --> take
+         `--nothing is left--> done
+
+    Taken are the bodies of ``task``, then what ``next_task`` returns. After ``look`` an entry is true, and is
+    filed by that once. Both bodies of a contact are refreshed before either is filed: replan of the second
+    may set the certificate of the first again, which would then be moved in the calendar twice.
     """
-    clock = k.clock[0]
-    lists = clock.lists
-    body = NOBODY  # the one with the entry in hand
-    waiting = NOBODY  # one that has been refreshed, and is filed after it
-    count = newcomers
-    if task <= REFILE:  # no body is to be refreshed
-        body = a if task == REFILE else NOBODY
+    body = waiting = NOBODY
+    if task == NOTHING:
         a = NOBODY
     while True:
-        if body < 0:
-            if a >= 0:
-                body = a
-                count = refresh(k, s, body, task)
-                a = b
-                b = NOBODY
-                if task == REFRESH_ALL:
-                    a = body + 1 if body + 1 < clock.bodies else NOBODY
-            elif RESTING and lists.freed >= 0:
-                a = lists.freed
-                lists.freed = k.bodies[a].freed
-                task = REPLAN
-                continue
-            elif lists.offered > len(k.offers):  # some are lost, and it is not known which
-                lists.offered = 0
-                task = REFRESH_ALL
-                a = 0 if clock.bodies > 0 else NOBODY
-                continue
-            elif lists.offered > 0:
-                body, count = next_offer(k)
-            else:
+        if a < 0:
+            task, a, newcomers = next_task(k)
+            if a < 0:
                 return
+        body = a
+        count = newcomers if task == REFILE else refresh(k, s, body, task)
         if PAIRS and count > 0:
             look_at(k, body, count, at)
-        count = 0
         if AHEAD:
             fetch_ring(k, body)
-        if a >= 0 and task != REFRESH_ALL:
-            # Both bodies of a contact are refreshed before either is filed: replan of the second may set the
-            # certificate of the first again, which would then be moved in the calendar twice.
+        a = b
+        b = NOBODY
+        if task == REFRESH_ALL:
+            a = body + 1 if body + 1 < k.clock[0].bodies else NOBODY
+        elif a >= 0:
             waiting = body
-            body = NOBODY
             continue
         if AHEAD and waiting >= 0:  # the memory of its ring may have come by now
             last = body
@@ -256,6 +253,32 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
             settle(k, body)
             body = waiting
             waiting = NOBODY
+
+
+@template
+def next_task(k: Kernel) -> tuple[int, int, int]:
+    """Take a task that hooks have left: return (task, body, newcomers), or (NOTHING, NOBODY, 0).
+
+    A body that its support has freed comes first; an offer then has one newcomer, or none.
+    """
+    clock = k.clock[0]
+    lists = clock.lists
+    if RESTING and lists.freed >= 0:
+        body = lists.freed
+        lists.freed = k.bodies[body].freed
+        return REPLAN, body, 0
+    if lists.offered > len(k.offers):  # some are lost, and it is not known which
+        lists.offered = 0
+        return REFRESH_ALL, 0 if clock.bodies > 0 else NOBODY, 0
+    if lists.offered == 0:
+        return NOTHING, NOBODY, 0
+    lists.offered -= 1
+    offer = k.offers[lists.offered]
+    if offer.b < 0:
+        return REFILE, offer.a, 0
+    k.near[0] = offer.b
+    k.counts[0].newcomers += 1
+    return REFILE, offer.a, 1
 
 
 @template
@@ -274,19 +297,6 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
         k.clock[0].hand = body
         replan(k, s, body)
     return count
-
-
-@template
-def next_offer(k: Kernel) -> tuple[int, int]:
-    """Take the last offer: return its body, and how many newcomers of ``k.near`` it looks at, 0 or 1."""
-    lists = k.clock[0].lists
-    lists.offered -= 1
-    offer = k.offers[lists.offered]
-    if offer.b < 0:
-        return offer.a, 0
-    k.near[0] = offer.b
-    k.counts[0].newcomers += 1
-    return offer.a, 1
 
 
 @template
