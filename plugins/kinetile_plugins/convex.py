@@ -72,8 +72,8 @@ from kinetile.toolbox.ticks import (
     pointer,
     reaches,
 )
+from kinetile_plugins import disc
 from kinetile_plugins.constants import with_constants
-from kinetile_plugins.disc import hooks_of, meet_of, part_of
 from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
@@ -85,6 +85,7 @@ from kinetile_plugins.lower_bounds import (
     merged,
     nearest_image,
     two_least,
+    way_to,
     ways,
 )
 
@@ -221,17 +222,7 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
     row = row_of(k, body, other)
     if row == 0:
         return math.inf
-    elapsed = since_origin(k, at)
-    one = k.places[body]
-    two = k.places[other]
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    dx = (two.x - one.x) + vx * elapsed
-    dy = (two.y - one.y) + vy * elapsed
-    if periodic:
-        torus = k.clock[0].torus
-        dx -= nearest_whole(dx * torus.per_x) * torus.x
-        dy -= nearest_whole(dy * torus.per_y) * torus.y
+    dx, dy, vx, vy = way_to(k, body, other, at, periodic)
     delay = not_before(k.numbers, row, dx, dy, vx, vy, fat)
     if periodic:
         delay = smaller(delay, until_others(k, body, other, vx, vy, fat))
@@ -389,15 +380,13 @@ def barred_nearby(k: Kernel, body: int, at: int) -> int:
     other = k.bodies[body].last
     if other < 0 or k.bodies[other].last != body:
         return NOBODY
-    elapsed = since_origin(k, at)
-    one = k.places[body]
-    two = k.places[other]
     torus = k.clock[0].torus
+    dx, dy, _, _ = way_to(k, body, other, at, False)
     own = k.images[body]
     its = k.images[other]
     sense = 1 if k.queue[body].number < k.queue[other].number else -1
-    m = nearest_whole(((two.x - one.x) + (two.vx - one.vx) * elapsed) * torus.per_x)
-    n = nearest_whole(((two.y - one.y) + (two.vy - one.vy) * elapsed) * torus.per_y)
+    m = nearest_whole(dx * torus.per_x)
+    n = nearest_whole(dy * torus.per_y)
     is_barred = (
         int(m) + sense * own.last_m + its.kx == own.kx and int(n) + sense * own.last_n + its.ky == own.ky
     )
@@ -412,9 +401,8 @@ def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) ->
     met = barred_nearby(k, body, at)
     soon, rest, who = _among_images(k, body, count, met, at)
     if met != NOBODY:
-        one = k.places[body]
-        two = k.places[met]
-        delay = until_others(k, body, met, two.vx - one.vx, two.vy - one.vy, k.clock[0].limits.fat)
+        _, _, vx, vy = way_to(k, body, met, at, False)
+        delay = until_others(k, body, met, vx, vy, k.clock[0].limits.fat)
         if delay < soon:
             return delay, soon, met
         rest = smaller(rest, delay)
@@ -541,8 +529,10 @@ def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> fl
     return depth
 
 
-collide, touch = hooks_of(line_of, False)
-collide_images, touch_images = hooks_of(line_of, True)
+_exchanged = with_constants([disc.touch, disc.collide], line_of=line_of)
+_images = with_constants([disc.touch, disc.collide], line_of=line_of, PERIODIC=True)
+collide, touch = _exchanged["collide"], _exchanged["touch"]
+collide_images, touch_images = _images["collide"], _images["touch"]
 
 
 @hook
@@ -558,7 +548,8 @@ def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(enters(pointer(k.numbers), row, plans, int(met), low))
 
 
-meet, meet_images = meet_of(shapes_touch, shapes_overlap), first_image_of(shapes_touch, shapes_overlap)
+meet = with_constants([disc.meet], touches=shapes_touch, discs_overlap=shapes_overlap)["meet"]
+meet_images = first_image_of(shapes_touch, shapes_overlap)
 
 
 @hook
@@ -568,7 +559,7 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(leaves(pointer(k.numbers), row_of(k, early, late), plans, low))
 
 
-part = part_of(parts_after)
+part = with_constants([disc.part], parts_after=parts_after)["part"]
 
 
 @hook

@@ -45,8 +45,6 @@ speeds; if it is as large as the bodies, every contact is computed exactly, and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from kinetile.scene import Scene, are_alike
 from kinetile.toolbox import (
@@ -60,7 +58,6 @@ from kinetile.toolbox import (
     give,
     hook,
     position_at,
-    since_origin,
     smaller,
     unchecked,
 )
@@ -86,7 +83,6 @@ from kinetile.toolbox.ticks import (
     first_image,
     first_image_of,
     have_just_met,
-    nearest_whole,
     parting,
     plans_of,
     plans_through,
@@ -106,6 +102,7 @@ from kinetile_plugins.lower_bounds import (
     merged,
     nearest_image,
     two_least,
+    way_to,
     ways,
 )
 
@@ -135,36 +132,25 @@ def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(accelerated_touch_about(plans, one.radius, two.radius, int(met), guess, low))
 
 
-def meet_of(
-    touches: Callable[[Kernel, int, int, Any], int],
-    overlap: Callable[[Kernel, int, int, float, float], float],
-) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``meet``, without images, of what ``first_image_of`` takes."""
-
-    @unchecked
-    @hook
-    def meet(k: Kernel, a: int, b: int) -> int:
-        """Returns the tick of the first contact of two bodies, or ``NEVER``; reports two that overlap at the
-        later anchor by more than rounding explains."""
-        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-        late = a + b - early
-        one = k.bodies[early]
-        two = k.bodies[late]
-        since = two.anchor
-        delay = touches(k, early, late, plans_of(k, one, two))
-        if delay == NEVER:
-            return NEVER
-        if delay == 0 and not (are_accelerated(one) and one.last == late and two.last == early):
-            x, y = position_at(k, one, since)
-            depth = overlap(k, early, late, two.x - x, two.y - y)
-            if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
-                blame(k, TOO_DEEP, a, b)
-        return int(since + delay)
-
-    return meet
-
-
-meet = meet_of(touches, discs_overlap)
+@unchecked
+@hook
+def meet(k: Kernel, a: int, b: int) -> int:
+    """Returns the tick of the first contact of two bodies, or ``NEVER``; reports two that overlap at the
+    later anchor by more than rounding explains."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    one = k.bodies[early]
+    two = k.bodies[late]
+    since = two.anchor
+    delay = touches(k, early, late, plans_of(k, one, two))
+    if delay == NEVER:
+        return NEVER
+    if delay == 0 and not (are_accelerated(one) and one.last == late and two.last == early):
+        x, y = position_at(k, one, since)
+        depth = discs_overlap(k, early, late, two.x - x, two.y - y)
+        if depth > k.clock[0].limits.tolerance + 1e-9 * (one.radius + two.radius):
+            blame(k, TOO_DEEP, a, b)
+    return int(since + delay)
 
 
 @hook
@@ -174,25 +160,16 @@ def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return NEVER if immovable else discs_touch(k, early, late, plans)
 
 
-meet_among_shapes = meet_of(touch_among_shapes, discs_overlap)
+meet_among_shapes = with_constants([meet], touches=touch_among_shapes)["meet"]
 first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
 
 
 @hook
 def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
     """Returns what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
-    one = k.places[body]
-    two = k.places[other]
     fat = k.clock[0].limits.fat
-    elapsed = since_origin(k, at)
-    vx = two.vx - one.vx
-    vy = two.vy - one.vy
-    dx = (two.x - one.x) + vx * elapsed
-    dy = (two.y - one.y) + vy * elapsed
     torus = k.clock[0].torus
-    if periodic:
-        dx -= nearest_whole(dx * torus.per_x) * torus.x
-        dy -= nearest_whole(dy * torus.per_y) * torus.y
+    dx, dy, vx, vy = way_to(k, body, other, at, periodic)
     approach = dx * vx + dy * vy
     speed2 = vx * vx + vy * vy
     approach2 = approach * approach
@@ -395,59 +372,44 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
     return int(parting(plans, k.bodies[early].radius, two.radius, low))
 
 
-def part_of(parts: Callable[[Kernel, int, int, Any], int]) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``part``, from a hook as ``parts_after``."""
-
-    @unchecked
-    @hook
-    def part(k: Kernel, a: int, b: int) -> int:
-        """Returns the tick at which two bodies that pass part, through the image on the clock, or NEVER."""
-        early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
-        late = a + b - early
-        two = k.bodies[late]
-        right = 0.0
-        up = 0.0
-        if len(k.images) > 0:
-            right, up = turns_between(k, early, late, a)
-        delay = parts(k, early, late, plans_through(k, k.bodies[early], two, right, up))
-        return int(two.anchor + delay) if delay != NEVER else NEVER
-
-    return part
+@unchecked
+@hook
+def part(k: Kernel, a: int, b: int) -> int:
+    """Returns the tick at which two bodies that pass part, through the image on the clock, or NEVER."""
+    early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
+    late = a + b - early
+    two = k.bodies[late]
+    right = 0.0
+    up = 0.0
+    if len(k.images) > 0:
+        right, up = turns_between(k, early, late, a)
+    delay = parts_after(k, early, late, plans_through(k, k.bodies[early], two, right, up))
+    return int(two.anchor + delay) if delay != NEVER else NEVER
 
 
-part = part_of(parts_after)
+@unchecked
+@hook
+def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
+    """Returns the normal from a to b at which they touch, and how deep they overlap."""
+    one = k.bodies[a]
+    two = k.bodies[b]
+    if PERIODIC:
+        torus = k.clock[0].torus
+        return line_of(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
+    return line_of(k, a, b, two.x - one.x, two.y - one.y)
 
 
-def hooks_of(
-    line: Callable[..., tuple[float, float, float]], periodic: bool
-) -> tuple[Callable[..., Any], ...]:
-    """Returns ``collide`` and ``touch`` of two bodies, or of the image through which they meet. ``line`` is a
-    hook that returns the normal and the overlap of two bodies whose places differ by (dx, dy)."""
-
-    @unchecked
-    @hook
-    def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-        """Returns the normal from a to b at which they touch, and how deep they overlap."""
-        one = k.bodies[a]
-        two = k.bodies[b]
-        if periodic:
-            torus = k.clock[0].torus
-            return line(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
-        return line(k, a, b, two.x - one.x, two.y - one.y)
-
-    @unchecked
-    @hook
-    def collide(k: Kernel, a: int, b: int) -> float:
-        """Exchanges momentum along the normal, elastically; returns how deep the two overlap."""
-        nx, ny, depth = touch(k, a, b)
-        exchange(k, a, b, nx, ny, 1.0)
-        return float(depth)
-
-    return collide, touch
+@unchecked
+@hook
+def collide(k: Kernel, a: int, b: int) -> float:
+    """Exchanges momentum along the normal, elastically; returns how deep the two overlap."""
+    nx, ny, depth = touch(k, a, b)
+    exchange(k, a, b, nx, ny, 1.0)
+    return float(depth)
 
 
-collide, touch = hooks_of(line_of, False)
-collide_images, touch_images = hooks_of(line_of, True)
+_of_images = with_constants([touch, collide], PERIODIC=True)
+collide_images, touch_images = _of_images["collide"], _of_images["touch"]
 
 
 @unchecked

@@ -38,7 +38,7 @@ from kinetile.toolbox.lanes import (
     spread,
     turned,
 )
-from kinetile.toolbox.ticks import HALVES
+from kinetile.toolbox.ticks import HALVES, nearest_whole
 
 PLACES = 64
 """Partners that six bits tell apart."""
@@ -149,6 +149,23 @@ def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach:
     delay = choose(x_delay >= delay, delay, x_delay)
     delay = choose(y_delay >= delay, delay, y_delay)
     return choose(delay > spread(LEAST), delay, spread(LEAST))
+
+
+@hook
+def way_to(k: Kernel, body: int, other: int, at: int, periodic: bool) -> tuple[float, float, float, float]:
+    """Returns how another body, or its nearest image, is apart from a body at a tick, and how it moves."""
+    elapsed = since_origin(k, at)
+    one = k.places[body]
+    two = k.places[other]
+    vx = two.vx - one.vx
+    vy = two.vy - one.vy
+    dx = (two.x - one.x) + vx * elapsed
+    dy = (two.y - one.y) + vy * elapsed
+    if periodic:
+        torus = k.clock[0].torus
+        dx -= nearest_whole(dx * torus.per_x) * torus.x
+        dy -= nearest_whole(dy * torus.per_y) * torus.y
+    return dx, dy, vx, vy
 
 
 @hook

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from types import TracebackType
 from typing import Any, NamedTuple, NoReturn, Self, cast
 
@@ -263,7 +264,7 @@ class Simulation(Moment):
             self._engine.build()
 
     @answering
-    def run(
+    def run(  # in one piece: most of it says what its arguments are
         self,
         until: float | None = None,
         *,
@@ -334,35 +335,7 @@ class Simulation(Moment):
             if observers:
                 (observers.go_on if isinstance(observe, Observed) else observers.begin)(moment, engine, end)
             engine.compile()
-            began = engine.cpu_seconds
-
-            def report() -> None:
-                assert progress is not None
-                cpu = engine.cpu_seconds - began
-                compiled = not engine.as_python
-                progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu, compiled))
-
-            def run_to(to: End) -> Ended:
-                last: object = None
-                while True:
-                    try:
-                        ended = advance(engine, to, self._audit, None if progress is None else report)
-                    except ZenoError as jam:
-                        if on_jam is None or (jam.time, jam.bodies) == last:
-                            raise
-                        last = jam.time, jam.bodies
-                        with Interruptible():
-                            on_jam(jam)
-                        if engine.fields.fault.code[0] in JAMS:  # no command was given
-                            raise
-                        continue
-                    event = self._with_kinds(ended.event)
-                    if event is None or calls is None:
-                        return Ended(ended.reason, event)
-                    with Interruptible():
-                        if calls(event):
-                            return Ended("on_contact", event)
-
+            run_to = partial(self._run_to, calls, on_jam, progress and self._reporting(progress, end))
             self._running = end
             if observers:
                 self._observers = observers
@@ -388,6 +361,44 @@ class Simulation(Moment):
                 what = "kinetile: until=%r is the present time: nothing is left to run. Expected a later one"
                 logging.getLogger("kinetile").warning(what + ", or duration=", end.until)
             return ended
+
+    def _reporting(self, progress: Callable[[Progress], None], end: End) -> Callable[[], None]:
+        """Returns what reports the progress of a run that begins now."""
+        engine, began = self._engine, self._engine.cpu_seconds
+
+        def report() -> None:
+            cpu, compiled = engine.cpu_seconds - began, not engine.as_python
+            progress(Progress(self.time, end.until, engine.contacts, engine.events, cpu, compiled))
+
+        return report
+
+    def _run_to(
+        self,
+        calls: Callable[[Event], object] | None,
+        on_jam: Callable[[ZenoError], object] | None,
+        report: Callable[[], None] | None,
+        end: End,
+    ) -> Ended:
+        """Runs to an end, past jams that commands resolve and contacts whose function does not stop it."""
+        last: object = None
+        while True:
+            try:
+                ended = advance(self._engine, end, self._audit, report)
+            except ZenoError as jam:
+                if on_jam is None or (jam.time, jam.bodies) == last:
+                    raise
+                last = jam.time, jam.bodies
+                with Interruptible():
+                    on_jam(jam)
+                if self._engine.fields.fault.code[0] in JAMS:  # no command was given
+                    raise
+                continue
+            event = self._with_kinds(ended.event)
+            if event is None or calls is None:
+                return Ended(ended.reason, event)
+            with Interruptible():
+                if calls(event):
+                    return Ended("on_contact", event)
 
     @answering
     def step(self) -> Event | None:

@@ -205,57 +205,40 @@ def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
 
 
 @hook
-def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
-    """Writes the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; returns the
-    new count. (One function for this and a torus would cost 14 instructions a contact.)"""
-    grid = s.levels[level]
-    columns = grid.columns
-    if cell > grid.first + columns and cell < grid.first + grid.cells - columns - 1:
-        count = append_row(k, s, cell - columns - 1, count)
-        count = append_row(k, s, cell - 1, count)
-        count = append_row(k, s, cell + columns - 1, count)
-    else:  # near an end of the table: some of them are at the other end
-        for up in range(-1, 2):
-            for right in range(-1, 2):
-                there = wrapped(grid, cell + right + up * columns)
-                count = append_block(k, s, there, count)
-    if s.listed[level] > 0:
-        for up in range(-1, 2):
-            for right in range(-1, 2):
-                count = append_list(k, s, wrapped(grid, cell + right + up * columns), count)
-    return count
-
-
-@hook
-def list_around_on_torus(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
-    """Does so where an axis is periodic; along one with one column or row there are no other bodies."""
-    grid = s.levels[level]
-    columns = grid.columns
-    left = 0 if columns == 1 else -1
-    down = 0 if grid.rows == 1 else -1
-    row = cell // columns
-    column = cell - row * columns
-    if column > 0 and column < columns - 1 and row > 0 and row < grid.rows - 1:
-        count = append_row(k, s, cell - columns - 1, count)
-        count = append_row(k, s, cell - 1, count)
-        count = append_row(k, s, cell + columns - 1, count)
-    else:
-        for up in range(down, 1 - down):
-            for right in range(left, 1 - left):
-                count = append_block(k, s, beside_on_torus(grid, cell, right, up), count)
-    if s.listed[level] > 0:
-        for up in range(down, 1 - down):
-            for right in range(left, 1 - left):
-                count = append_list(k, s, beside_on_torus(grid, cell, right, up), count)
-    return count
-
-
-@hook
 def beside(grid: Records, cell: int, right: int, up: int) -> int:
     """Returns the number of a cell that is up to one to the right, and one up."""
     if PERIODIC:
         return beside_on_torus(grid, cell, right, up)
     return wrapped(grid, cell + right + up * grid.columns)
+
+
+@hook
+def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
+    """Writes the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; returns the
+    new count. On a torus, there are none beside the only column or row."""
+    grid = s.levels[level]
+    columns = grid.columns
+    left = down = -1
+    inner = cell > grid.first + columns and cell < grid.first + grid.cells - columns - 1
+    if PERIODIC:
+        left = 0 if columns == 1 else -1
+        down = 0 if grid.rows == 1 else -1
+        row = cell // columns
+        column = cell - row * columns
+        inner = column > 0 and column < columns - 1 and row > 0 and row < grid.rows - 1
+    if inner:
+        count = append_row(k, s, cell - columns - 1, count)
+        count = append_row(k, s, cell - 1, count)
+        count = append_row(k, s, cell + columns - 1, count)
+    else:  # near an end of the table: some of them are at the other end
+        for up in range(down, 1 - down):
+            for right in range(left, 1 - left):
+                count = append_block(k, s, beside(grid, cell, right, up), count)
+    if s.listed[level] > 0:
+        for up in range(down, 1 - down):
+            for right in range(left, 1 - left):
+                count = append_list(k, s, beside(grid, cell, right, up), count)
+    return count
 
 
 @hook

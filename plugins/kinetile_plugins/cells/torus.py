@@ -26,11 +26,11 @@ from kinetile_plugins.constants import with_constants
 
 _hooks = with_constants(
     (
-        *(layout.beside, layout.list_ahead, layout.settle, layout.come_home, layout.go_over),
+        *(layout.beside, layout.list_around, layout.list_ahead, layout.settle, layout.come_home),
+        layout.go_over,
         *(uniform.watch, uniform.build, uniform.near, uniform.repair, uniform.enter),
     ),
     PERIODIC=True,
-    list_around=layout.list_around_on_torus,
 )
 watch, build, near, repair, enter = (_hooks[name] for name in ("watch", "build", "near", "repair", "enter"))
 

@@ -132,9 +132,7 @@ def reaches_into(
     clock = k.clock[0]
     if PASSING and k.rules[row_of(clock.kinds, kind, command.kind)].response == PASS:
         return False
-    if PERIODIC:  # of its images the nearest
-        dx = near_zero(dx, clock.torus.x)
-        dy = near_zero(dy, clock.torus.y)
+    dx, dy = as_anchored(k, dx, dy)  # of its images the nearest
     reach = command.radius + other.radius
     if SHAPED:
         meets = not (math.isinf(command.mass) and math.isinf(mass))
@@ -157,12 +155,7 @@ def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: fl
     most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``place_error``."""
     place = k.places[other]
     there_x, there_y = position_after(place, elapsed)
-    dx = there_x - x
-    dy = there_y - y
-    if PERIODIC:
-        torus = k.clock[0].torus
-        dx = near_zero(dx, torus.x)
-        dy = near_zero(dy, torus.y)
+    dx, dy = as_anchored(k, there_x - x, there_y - y)
     reach = radius + k.radii[other] + loose
     return bool(dx * dx + dy * dy > reach * reach)
 
