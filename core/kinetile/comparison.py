@@ -189,6 +189,26 @@ class Comparison:
         }
 
 
+def _judged(simulation: Simulation, lists: Mapping[str, Any], index: int) -> str:
+    """Returns what the first installed judge that decides says of two lists of contacts, or ""."""
+    judges = (cast(Callable[..., str], plugin.load()) for plugin in installed(JUDGES_GROUP))
+    verdicts = (judge(simulation.scene, lists, index, simulation.narrow_phases) for judge in judges)
+    return next(filter(None, verdicts), "")
+
+
+def _choices(
+    scene: Scene, given: Sequence[Choice] | None, narrow: Any
+) -> list[tuple[str, Mapping[str, Any]]]:
+    """Returns the broad phases to compare, at least two, each with its options."""
+    chosen = accepting(scene, narrow) if given is None else list(given)
+    if len(chosen) < 2:
+        raise BadOption(f"a comparison needs at least two broad phases; found {len(chosen)}")
+    choices = [(choice, {}) if isinstance(choice, str) else choice for choice in chosen]
+    for odd in (each for each in choices if not isinstance(each, tuple | list) or len(each) != 2):
+        raise BadOption(f"broad_phases has {shown(odd)}; expected a name, or a pair (name, options)")
+    return choices
+
+
 @answering
 def compare(
     scene: Scene,
@@ -214,9 +234,7 @@ def compare(
     A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
     BadOption for fewer than two phases, and as ``Simulation`` for names and options.
     """
-    chosen = accepting(scene, narrow_phases) if broad_phases is None else list(broad_phases)
-    if len(chosen) < 2:
-        raise BadOption(f"a comparison needs at least two broad phases; found {len(chosen)}")
+    choices = _choices(scene, broad_phases, narrow_phases)
     if until is None:
         until = scene.settings.until
     if until is None and max_contacts is None:
@@ -224,9 +242,6 @@ def compare(
     reference: Outcome | None = None
     outcomes: list[PhaseOutcome] = []
     divergences: list[Divergence] = []
-    choices = [(choice, {}) if isinstance(choice, str) else choice for choice in chosen]
-    for odd in (each for each in choices if not isinstance(each, tuple | list) or len(each) != 2):
-        raise BadOption(f"broad_phases has {shown(odd)}; expected a name, or a pair (name, options)")
     waiting = [Simulation(scene, name, options=of, narrow_phases=narrow_phases) for name, of in choices]
     waiting.reverse()
     for name, options in choices:
@@ -251,8 +266,6 @@ def compare(
         divergence = find_divergence(outcomes[0].phase, label, reference, outcome)
         if divergence is not None and divergence.what == "contact":
             lists = {outcomes[0].phase: reference.contacts, label: outcome.contacts}
-            judges = (cast(Callable[..., str], plugin.load()) for plugin in installed(JUDGES_GROUP))
-            verdicts = (judge(scene, lists, divergence.index, simulation.narrow_phases) for judge in judges)
-            divergence = replace(divergence, judged=next(filter(None, verdicts), ""))
+            divergence = replace(divergence, judged=_judged(simulation, lists, divergence.index))
         divergences += [divergence] if divergence else []
     return Comparison(tuple(outcomes), tuple(divergences))

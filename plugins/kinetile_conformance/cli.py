@@ -160,6 +160,18 @@ def conform(
         raise typer.Exit(judged.report.exit_code)
 
 
+def _check_options(of_phases: Mapping[str, Any], of_programs: Mapping[str, Any], is_program: bool) -> None:
+    for options, strange, whose in (
+        (of_phases, is_program, "broad phases alone"),
+        (of_programs, not is_program, "--command"),
+    ):
+        for name, value in options.items():
+            if strange and value is not None:
+                raise BadOption(f"{name} is for {whose}")
+            if isinstance(value, float) and not 0.0 < value < math.inf:
+                raise BadOption(f"{name} {value:g}: expected a number above 0")
+
+
 def to_judge(
     phases: Sequence[str],
     commands: Sequence[str],
@@ -168,15 +180,7 @@ def to_judge(
     of_programs: Mapping[str, Any],
 ) -> tuple[list[Judged], list[str] | None]:
     """Returns what is judged, and the names of the checks; raises BadOption for wrong options."""
-    for options, strange, whose in (
-        (of_phases, bool(commands), "broad phases alone"),
-        (of_programs, not commands, "--command"),
-    ):
-        for name, value in options.items():
-            if strange and value is not None:
-                raise BadOption(f"{name} is for {whose}")
-            if isinstance(value, float) and not 0.0 < value < math.inf:
-                raise BadOption(f"{name} {value:g}: expected a number above 0")
+    _check_options(of_phases, of_programs, bool(commands))
     from kinetile import Response
     from kinetile.errors import one_of
     from kinetile_conformance import CHECKS, check_broad_phase, check_engine

@@ -16,15 +16,14 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
 
 
+_PHASES = "Broad phases, the first being the reference; by default all that take the scene."
+Phases = Annotated[str | None, cli.option(_PHASES, "A,B,...")]
+
+
 def compare(
     scene: cli.SceneName = "grid",
     parameters: cli.Parameters = None,
-    phases: Annotated[
-        str | None,
-        cli.option(
-            "Broad phases, the first being the reference; by default all that take the scene.", "A,B,..."
-        ),
-    ] = None,
+    phases: Phases = None,
     narrow_phase: cli.NarrowPhases = None,
     until: cli.Until = None,
     max_contacts: cli.MaxContacts = None,

@@ -97,9 +97,26 @@ def dumps_scene(scene: Scene) -> str:
         lines += ["", "[[shapes]]", f"kind = {_toml(shape.kind)}"]
         lines += [f"{key} = {_toml(value)}" for key, value in shape_row(shape).items()]
     commands = _written_commands(scene)
-    turns: dict[int, list[Turn]] = {}
-    for turn in () if commands else scene.turns:
-        turns.setdefault(turn.body, []).append(turn)
+    lines += [*_written_bodies(scene, () if commands else scene.turns), *commands]
+    for pair, response in scene.responses:
+        lines += ["", "[[responses]]", f"between = {_toml(list(pair))}", f"response = {_toml(response.name)}"]
+        if response.options:
+            lines.append(f"options = {_toml(response.options, f'responses.{response.name}')}")
+    text = "\n".join([*lines, ""])
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        odd = shown(error.object[error.start : error.end])
+        raise BadOption(f"the scene has {odd} in an option, text that no file can hold") from error
+    return text
+
+
+def _written_bodies(scene: Scene, turns: Iterable[Turn]) -> list[str]:
+    """Returns the lines of the bodies, each with those of its turns."""
+    lines: list[str] = []
+    turns_of: dict[int, list[Turn]] = {}
+    for turn in turns:
+        turns_of.setdefault(turn.body, []).append(turn)
     own = scene.own_acceleration
     columns = [column.tolist() for column in (scene.position, scene.velocity, scene.radius, scene.mass)]
     for body, (position, velocity, radius, mass) in enumerate(zip(*columns, strict=True)):
@@ -114,21 +131,10 @@ def dumps_scene(scene: Scene) -> str:
             lines.append(f"kind = {_toml(scene.kind[body])}")
         if own is not None and not np.isnan(own[body]).any():
             lines.append(f"acceleration = {_toml(own[body].tolist())}")
-        for turn in turns.get(body, ()):
+        for turn in turns_of.get(body, ()):
             lines += ["", "[[bodies.turns]]", f"time = {_toml(turn.time)}"]
             lines.append(f"velocity = {_toml(turn.velocity)}")
-    lines += commands
-    for pair, response in scene.responses:
-        lines += ["", "[[responses]]", f"between = {_toml(list(pair))}", f"response = {_toml(response.name)}"]
-        if response.options:
-            lines.append(f"options = {_toml(response.options, f'responses.{response.name}')}")
-    text = "\n".join([*lines, ""])
-    try:
-        text.encode()
-    except UnicodeEncodeError as error:
-        odd = shown(error.object[error.start : error.end])
-        raise BadOption(f"the scene has {odd} in an option, text that no file can hold") from error
-    return text
+    return lines
 
 
 _PHASES: tuple[PluginKind, ...] = ("broad phase", "narrow phase")

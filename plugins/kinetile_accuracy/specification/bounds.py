@@ -130,35 +130,45 @@ class ContactBounds:
                     axis -= np.rint(axis / period) * period
             reach = self._radius + (self._radius[which] + fat)
             if self._accelerated:
-                w = pull[:, None] - pull[:, which]
-                apart = np.sqrt((d * d).sum(axis=0))
-                gap = apart * (1.0 - 2.0**-50) - reach
-                closing = -(d * v).sum(axis=0) / apart + 2.0**-45 * (sizes + sizes[which])
-                bend = -(d * w).sum(axis=0) / apart + 2.0**-45 * np.abs(w).sum(axis=0)
-                under = closing * closing + 2.0 * bend * gap
-                under += 2.0**-45 * (closing * closing + 2.0 * np.abs(bend) * gap)
-                ahead = closing + np.sqrt(under)
-                soonest: Floats = np.fmax(2.0 * gap / ahead * (self._ticks * _LESS), 0.0)
-                soonest[(under < 0.0) | (ahead <= 0.0)] = np.inf
-                soonest[~(gap > 0.0)] = 0.0
-                return self._others(soonest, bodies, v, reach)
-            speed2 = (v * v).sum(axis=0)
-            speed = np.sqrt(speed2)
-            ahead = -(d * v).sum(axis=0) / speed
-            miss = np.abs(d[0] * v[1] - d[1] * v[0]) / speed
-            way = ahead - np.sqrt((reach - miss) * (reach + miss))
-            # What is not a number (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
-            wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
-            passes = (miss > reach) | (ahead < -fat)
-            if self._shapes:  # within the circles around them two may touch, whatever these do
-                inside = (d * d).sum(axis=0) <= reach * reach
-                passes &= ~inside
-                wait[inside] = 0.0
-            wait[passes] = np.inf
-            odd = ~(speed2 >= _SLOWEST)
-            if np.count_nonzero(odd) > len(bodies):  # each body itself is one of them
-                wait[odd] = np.where((v == 0.0).all(axis=0), np.inf, 0.0)[odd]
+                w, error = pull[:, None] - pull[:, which], sizes + sizes[which]
+                wait = self._wait_accelerated(d, v, w, reach, error)
+            else:
+                wait = self._wait_straight(d, v, reach, fat, len(bodies))
             return self._others(wait, bodies, v, reach)
+
+    def _wait_accelerated(self, d: Floats, v: Floats, w: Floats, reach: Floats, error: Floats) -> Floats:
+        """Returns the waits on accelerated plans: until the height along d comes down to the reach."""
+        apart = np.sqrt((d * d).sum(axis=0))
+        gap = apart * (1.0 - 2.0**-50) - reach
+        closing = -(d * v).sum(axis=0) / apart + 2.0**-45 * error
+        bend = -(d * w).sum(axis=0) / apart + 2.0**-45 * np.abs(w).sum(axis=0)
+        under = closing * closing + 2.0 * bend * gap
+        under += 2.0**-45 * (closing * closing + 2.0 * np.abs(bend) * gap)
+        ahead = closing + np.sqrt(under)
+        soonest: Floats = np.fmax(2.0 * gap / ahead * (self._ticks * _LESS), 0.0)
+        soonest[(under < 0.0) | (ahead <= 0.0)] = np.inf
+        soonest[~(gap > 0.0)] = 0.0
+        return soonest
+
+    def _wait_straight(self, d: Floats, v: Floats, reach: Floats, fat: float, many: int) -> Floats:
+        """Returns the waits on straight plans, of ``many`` bodies."""
+        speed2 = (v * v).sum(axis=0)
+        speed = np.sqrt(speed2)
+        ahead = -(d * v).sum(axis=0) / speed
+        miss = np.abs(d[0] * v[1] - d[1] * v[0]) / speed
+        way = ahead - np.sqrt((reach - miss) * (reach + miss))
+        # What is not a number (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
+        wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
+        passes = (miss > reach) | (ahead < -fat)
+        if self._shapes:  # within the circles around them two may touch, whatever these do
+            inside = (d * d).sum(axis=0) <= reach * reach
+            passes &= ~inside
+            wait[inside] = 0.0
+        wait[passes] = np.inf
+        odd = ~(speed2 >= _SLOWEST)
+        if np.count_nonzero(odd) > many:  # each body itself is one of them
+            wait[odd] = np.where((v == 0.0).all(axis=0), np.inf, 0.0)[odd]
+        return wait
 
     def _others(self, wait: Floats, bodies: list[int], v: Floats, reach: Floats) -> Floats:
         """Returns the waits for nearest images, less where another image may come before; of who is there."""

@@ -20,55 +20,67 @@ import numpy as np
 def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
     """Returns a digest of a function and of all that it reaches, also through a module (bytecode, constants,
     hooks, values of globals, Numba's options), the modules it was found in, and what it calls ``apart``."""
-    digest = hashlib.sha256(repr((sys.version, np.__version__, API, _options())).encode())
-    digest.update(_sources())
-    seen: set[int] = set()
-    modules: set[str] = set()
-    called: list[Any] = []
+    found = _Found()
+    found.visit(function)
+    found.visit(state)
+    return found.digest.hexdigest()[:16], found.modules, found.called
 
-    def visit(value: Any) -> None:
+
+class _Found:
+    """What has been found of a function so far, each value once, in the order of the code."""
+
+    def __init__(self) -> None:
+        self.digest = hashlib.sha256(repr((sys.version, np.__version__, API, _options())).encode())
+        self.digest.update(_sources())
+        self.seen: set[int] = set()
+        self.modules: set[str] = set()
+        self.called: list[Any] = []
+
+    def visit(self, value: Any) -> None:
         if hasattr(value, "load_apart"):
-            called.extend([value] if value not in called else [])
+            self.called.extend([value] if value not in self.called else [])
         elif hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
             value = value._defn
         if hasattr(value, "py_func"):
-            digest.update(type(value).__name__.encode())  # taken in or called: another machine code
+            self.digest.update(type(value).__name__.encode())  # taken in or called: another machine code
             value = value.py_func
         if isinstance(value, FunctionType | type):
-            modules.add(value.__module__)
-            digest.update(f"{value.__module__}.{value.__qualname__}".encode())
-            digest.update(repr((getattr(value, "_fields", ()), getattr(value, "__members__", ()))).encode())
+            self.modules.add(value.__module__)
+            self.digest.update(f"{value.__module__}.{value.__qualname__}".encode())
+            self.digest.update(
+                repr((getattr(value, "_fields", ()), getattr(value, "__members__", ()))).encode()
+            )
         if isinstance(value, FunctionType):
-            if id(value) in seen:
+            if id(value) in self.seen:
                 return
-            seen.add(id(value))
+            self.seen.add(id(value))
             documented = value.__doc__ is not None and value.__code__.co_consts[:1] == (value.__doc__,)
-            code(value.__code__, value.__globals__, documented)
+            self.code(value.__code__, value.__globals__, documented)
             for cell in value.__closure__ or ():
-                visit(cell.cell_contents)
-            visit(value.__defaults__)
+                self.visit(cell.cell_contents)
+            self.visit(value.__defaults__)
         elif isinstance(value, ModuleType):
-            digest.update(value.__name__.encode())
+            self.digest.update(value.__name__.encode())
         elif isinstance(value, tuple | list):
-            digest.update(f"{len(value)}(".encode())
+            self.digest.update(f"{len(value)}(".encode())
             for item in value:
-                visit(item)
+                self.visit(item)
         elif isinstance(value, np.ndarray):
-            digest.update(repr((value.dtype, value.shape)).encode() + value.tobytes())
+            self.digest.update(repr((value.dtype, value.shape)).encode() + value.tobytes())
         elif callable(value):
-            digest.update(getattr(value, "__name__", type(value).__name__).encode())
+            self.digest.update(getattr(value, "__name__", type(value).__name__).encode())
         else:
-            digest.update(repr(value).encode())
+            self.digest.update(repr(value).encode())
 
-    def code(block: CodeType, names: Mapping[str, Any], documented: bool = False) -> None:
-        digest.update(block.co_code)
-        digest.update(repr(block.co_varnames).encode())
+    def code(self, block: CodeType, names: Mapping[str, Any], documented: bool = False) -> None:
+        self.digest.update(block.co_code)
+        self.digest.update(repr(block.co_varnames).encode())
         # A docstring is the first constant, and makes no machine code: new words compile nothing again.
         for constant in block.co_consts[1:] if documented else block.co_consts:
             if isinstance(constant, CodeType):
-                code(constant, names)
+                self.code(constant, names)
             else:
-                digest.update(repr(constant).encode())
+                self.digest.update(repr(constant).encode())
         rooms: list[ModuleType] = []
         # Where pytest has rewritten an assertion, names with "@" lead to objects of its own.
         own = [name for name in block.co_names if not name.startswith("@")]
@@ -77,16 +89,12 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
                 if isinstance(value, ModuleType) and value not in rooms and not _foreign(value):
                     rooms.append(value)
         for name in own:
-            digest.update(name.encode())
+            self.digest.update(name.encode())
             if name in names:
-                visit(names[name])
+                self.visit(names[name])
             for room in rooms:
                 if hasattr(room, name):
-                    visit(getattr(room, name))
-
-    visit(function)
-    visit(state)
-    return digest.hexdigest()[:16], modules, called
+                    self.visit(getattr(room, name))
 
 
 def _options() -> list[tuple[str, str]]:

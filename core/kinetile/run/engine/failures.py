@@ -35,6 +35,16 @@ _OF_SLOTS = (
 )
 """Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
 
+_BROKEN = {
+    tables.BAD_PARTNER: "named body {b} as the first that body {a} meets, which is no body of the scene",
+    tables.BAD_CERTIFICATE: "scheduled the certificate of body {a}, which is no body of the scene",
+    tables.BAD_COUNT: "said that {b} bodies are near body {a}, and there is room for {room}",
+    tables.BAD_NAME: "named body {b} as near body {a}, which is no body of the scene",
+    tables.BAD_PAIR: "reported the pair ({a}, {b}), which is not two bodies of the scene",
+    tables.UNKNOWN_PAIR: "removed the pair ({a}, {b}), which was not in its pair set",
+}
+"""What a phase has done that the protocol does not allow."""
+
 
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
     """Returns the error for the fault that the loop has left in the tables at a time."""
@@ -81,15 +91,8 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         return PhaseError(f"{at} {what}")
     room = len(k.near) - tables.SPARE
     who = narrow if fault == tables.BAD_PARTNER else phase
-    broken = {
-        tables.BAD_PARTNER: f"named body {b} as the first that body {a} meets, which is no body of the scene",
-        tables.BAD_CERTIFICATE: f"scheduled the certificate of body {a}, which is no body of the scene",
-        tables.BAD_COUNT: f"said that {b} bodies are near body {a}, and there is room for {room}",
-        tables.BAD_NAME: f"named body {b} as near body {a}, which is no body of the scene",
-        tables.BAD_PAIR: f"reported the pair ({a}, {b}), which is not two bodies of the scene",
-        tables.UNKNOWN_PAIR: f"removed the pair ({a}, {b}), which was not in its pair set",
-    }
-    return PhaseError(f"{at} {who} {broken.get(fault, f'left fault {fault} ({a}, {b})')}")
+    text = _BROKEN.get(fault, "left fault {fault} ({a}, {b})").format(fault=fault, a=a, b=b, room=room)
+    return PhaseError(f"{at} {who} {text}")
 
 
 def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[int, int], named: str) -> str:
