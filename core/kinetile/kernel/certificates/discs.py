@@ -154,6 +154,7 @@ that have met are left to whole numbers.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from kinetile.kernel.certificates.digits import LIMIT, as_count
 from kinetile.kernel.certificates.discs_exactly import NONE_YET, Window, rises_or_presses, touch_exactly
@@ -379,15 +380,180 @@ STEPS = 120
 """Intervals before whole numbers take over; some three are enough."""
 
 
+class Quartic(NamedTuple):
+    """Q, or -Q, after a time, by its coefficients; or bounds of the sizes of what they are made of."""
+
+    c0: float
+    c1: float
+    c2: float
+    c3: float
+    c4: float
+
+
+@hook
+def value_at(q: Quartic, t: float) -> float:
+    """Return a quartic at a time."""
+    return (((q.c4 * t + q.c3) * t + q.c2) * t + q.c1) * t + q.c0
+
+
+@hook
+def slope_at(q: Quartic, t: float) -> float:
+    """Return the derivative of a quartic at a time."""
+    return ((4.0 * q.c4 * t + 3.0 * q.c3) * t + 2.0 * q.c2) * t + q.c1
+
+
+@hook
+def bend_at(q: Quartic, t: float) -> float:
+    """Return half the second derivative of a quartic at a time."""
+    return (6.0 * q.c4 * t + 3.0 * q.c3) * t + q.c2
+
+
+@hook
+def gap_of(
+    x: Way, y: Way, reach: float, reach_low: float, way: float, tick: float
+) -> tuple[Quartic, Quartic]:
+    """Return Q times ``way``, 1 or -1, and the sizes."""
+    q, q_error = gap_after(x, y, reach, reach_low, 0, tick)
+    c1 = 2.0 * way * (x.d * x.u + y.d * y.u)
+    c2 = way * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
+    c4 = 0.25 * way * (x.b * x.b + y.b * y.b)
+    gap = Quartic(way * q, c1, c2, way * (x.u * x.b + y.u * y.b), c4)
+    xd = abs(x.d) + 2.0**-40 * x.size
+    yd = abs(y.d) + 2.0**-40 * y.size
+    xu = abs(x.u) + 2.0**-40 * x.speed
+    yu = abs(y.u) + 2.0**-40 * y.speed
+    m1 = 2.0 * (xd * xu + yd * yu)
+    m2 = (xu * xu + yu * yu) + (xd * abs(x.b) + yd * abs(y.b))
+    return gap, Quartic(abs(q) + 2.0**50 * q_error, m1, m2, xu * abs(x.b) + yu * abs(y.b), abs(c4))
+
+
+@hook
+def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool]:
+    """Return whether two that have just met rise in the tick from a time on, or press on each other; and
+    whether that is sure. (F1 of the head, and F2, what a tick adds to it, each by ticks.)"""
+    end = t + 2.0 * tick
+    f2 = 2.0 * bend_at(q, t)
+    f1 = slope_at(q, t) + 0.5 * tick * f2
+    m2 = 2.0 * bend_at(m, end)
+    m3 = tick * (24.0 * m.c4 * end + 6.0 * m.c3)
+    f1_error = 2.0**-48 * (slope_at(m, end) + tick * m2) + tick * m3 + TINY
+    f2_error = 2.0**-48 * m2 + 2.0 * m3 + TINY
+    risen = f1 > f1_error or f2 < -f2_error
+    return risen, risen or f2 > f2_error
+
+
+@hook
+def first_span(
+    q: Quartic, m: Quartic, low: float, since: int, about: int, tick: float, per_time: float
+) -> float:
+    """Return about how many ticks after ``low`` they touch, if they come, or less: the first interval."""
+    if about > since:
+        return float(about - since)
+    if since > 0:
+        t = low * tick
+        rate = abs(slope_at(q, t))
+        bend = bend_at(m, t)
+        gap = abs(value_at(q, t))
+        span = 2.0**-12 * low
+        if bend > 0.0:
+            t = 1.5 * gap / (rate + math.sqrt(gap * bend) + TINY) + 0.3 * rate / bend
+            span = larger(span, smaller(t, FAR * tick) * per_time)
+        return float(span)
+    rate = abs(q.c1) + math.sqrt(m.c0 * m.c2)
+    return float(smaller(1.5 * m.c0 / rate, FAR * tick) * per_time) if rate > 0.0 else FAR
+
+
+class Piece(NamedTuple):
+    """Q in an interval, whose length is the unit of time: ``p`` by powers of the time since its begin; and
+    its Bernstein coefficients, p0 and ``b``, between the least and the greatest of which Q is (Farouki,
+    Computer Aided Geometric Design 29, 2012), with their differences ``g``, so for its slope. All are right
+    to ``error``."""
+
+    p: Quartic
+    b1: float
+    b2: float
+    b3: float
+    b4: float
+    g0: float
+    g1: float
+    g2: float
+    g3: float
+    error: float
+
+
+@hook
+def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Piece:
+    """Return Q from a time to another one."""
+    h = hi - lo
+    p0 = value_at(q, lo)
+    p1 = slope_at(q, lo) * h
+    p2 = bend_at(q, lo) * h * h
+    p3 = (4.0 * q.c4 * lo + q.c3) * h * h * h
+    p4 = q.c4 * h * h * h * h
+    b1 = p0 + 0.25 * p1
+    b2 = p0 + (0.5 * p1 + p2 / 6.0)
+    b3 = p0 + (0.75 * p1 + 0.5 * p2 + 0.25 * p3)
+    b4 = p0 + (p1 + p2 + p3 + p4)
+    error = 2.0**-48 * value_at(m, hi)
+    return Piece(Quartic(p0, p1, p2, p3, p4), b1, b2, b3, b4, b1 - p0, b2 - b1, b3 - b2, b4 - b3, error)
+
+
+@hook
+def root_of(piece: Piece) -> tuple[float, float]:
+    """Return where Q is 0 in an interval in which it falls below it, from 0 to 1, and its slope there."""
+    s = piece.p.c0 / (piece.p.c0 - piece.b4)
+    slope = 0.0
+    for _ in range(20):
+        s = smaller(larger(s, 0.0), 1.0)
+        slope = slope_at(piece.p, s)
+        step = value_at(piece.p, s) / slope
+        s -= step
+        if abs(step) < 2.0**-25:  # its square is below a rounding
+            break
+    return smaller(larger(s, 0.0), 1.0), slope
+
+
+@subroutine
+def tick_in_fall(
+    plans: Plans, radius: float, radius2: float, turn: int, piece: Piece, before: int, low: float, high: float
+) -> int:
+    """Return the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks, and below 0 there; by
+    signs at whole ticks: Q >= 0 at ``before``, or nobody asks for what is earlier, and Q < 0 at ``after``."""
+    x, y = ways(plans)
+    reach, reach_low = plus(radius, radius2)
+    after = int(high)
+    s, slope = root_of(piece)
+    count = int(low) + int(s * (high - low))
+    per = (high - low) / slope
+    for _ in range(8):
+        if after - before <= 1:
+            return before
+        count = smaller(larger(count, before + 1), after - 1)
+        q, q_error = gap_after(x, y, reach, reach_low, count, plans.tick)
+        q *= float(turn)
+        if q > q_error:
+            before = count
+        elif q < -q_error:
+            after = count
+        else:
+            break
+        move = int(math.floor(smaller(larger(-q * per, low - high), high - low)))
+        count += move if move != 0 else 1
+    return int(touch_exactly(plans, radius, radius2, turn, Window(before, after, True, True), count))
+
+
 @apart
 def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, about: int, since: int) -> int:
-    """Return the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``turn`` is -1."""
+    """Return the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``turn`` is -1.
+
+    Before each interval: rule 5 holds at no tick from ``since`` to ``low``; and ``risen`` says whether ticks
+    from ``low`` on count, of two that have met whether Q has risen in one, or they press.
+    """
     if since >= LIMIT:
         return NEVER
     x, y = ways(plans)
     reach, reach_low = plus(radius, radius2)
     tick = plans.tick
-    way = float(turn)
     low = float(since)
     sizes = reach + (x.size + y.size)
     speeds = (x.speed + y.speed) + (abs(x.b) + abs(y.b))
@@ -395,133 +561,54 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
     if int(low) != since:  # rounded: begin before it
         low = float((since >> 10) << 10)
         steps = 0 if met else steps
-    q0, q0_error = gap_after(x, y, reach, reach_low, 0, tick)
-    q0 *= way
-    q1 = 2.0 * way * (x.d * x.u + y.d * y.u)
-    q2 = way * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
-    q3 = way * (x.u * x.b + y.u * y.b)
-    q4 = 0.25 * way * (x.b * x.b + y.b * y.b)
-    xd = abs(x.d) + 2.0**-40 * x.size
-    yd = abs(y.d) + 2.0**-40 * y.size
-    xu = abs(x.u) + 2.0**-40 * x.speed
-    yu = abs(y.u) + 2.0**-40 * y.speed
-    m0 = abs(q0) + 2.0**50 * q0_error
-    m1 = 2.0 * (xd * xu + yd * yu)
-    m2 = (xu * xu + yu * yu) + (xd * abs(x.b) + yd * abs(y.b))
-    m3 = xu * abs(x.b) + yu * abs(y.b)
-    m4 = abs(q4)
+    q, m = gap_of(x, y, reach, reach_low, float(turn), tick)
     even = (x.b == 0.0) & (y.b == 0.0)
     risen = True
     if met:
-        lo = low * tick
-        hi = lo + 2.0 * tick
-        f2 = 2.0 * ((6.0 * q4 * lo + 3.0 * q3) * lo + q2)
-        f1 = (((4.0 * q4 * lo + 3.0 * q3) * lo + 2.0 * q2) * lo + q1) + 0.5 * tick * f2
-        m1_at = ((4.0 * m4 * hi + 3.0 * m3) * hi + 2.0 * m2) * hi + m1
-        m2_at = 2.0 * ((6.0 * m4 * hi + 3.0 * m3) * hi + m2)
-        m3_at = tick * (24.0 * m4 * hi + 6.0 * m3)
-        f1_error = 2.0**-48 * (m1_at + tick * m2_at) + tick * m3_at + TINY
-        f2_error = 2.0**-48 * m2_at + 2.0 * m3_at + TINY
-        risen = f1 > f1_error or f2 < -f2_error
-        if not (steps > 0 and (risen or f2 > f2_error)):
+        risen, sure = has_risen(q, m, low * tick, tick)
+        if not (steps > 0 and sure):
             risen = rises_or_presses(plans, radius, radius2, since)
-    span = FAR
-    about -= since
-    rate = abs(q1) + math.sqrt(m0 * m2)
-    if about > 0:
-        span = float(about)
-    elif since > 0:
-        lo = low * tick
-        rate = abs(((4.0 * q4 * lo + 3.0 * q3) * lo + 2.0 * q2) * lo + q1)
-        bend = (6.0 * m4 * lo + 3.0 * m3) * lo + m2
-        gap = abs((((q4 * lo + q3) * lo + q2) * lo + q1) * lo + q0)
-        span = 2.0**-12 * low
-        if bend > 0.0:
-            t = 1.5 * gap / (rate + math.sqrt(gap * bend) + TINY) + 0.3 * rate / bend
-            span = larger(span, smaller(t, FAR * tick) * plans.per_time)
-    elif rate > 0.0:
-        span = smaller(1.5 * m0 / rate, FAR * tick) * plans.per_time  # about when, if it comes
+    span = first_span(q, m, low, since, about, tick, plans.per_time)
     for _ in range(steps):
         span = math.floor(smaller(larger(span, 1.0 + 2.0**-40 * low), FAR))
         high = smaller(low + span, FAR)
-        lo = low * tick
-        hi = high * tick
-        h = hi - lo
-        p0 = (((q4 * lo + q3) * lo + q2) * lo + q1) * lo + q0
-        p1 = (((4.0 * q4 * lo + 3.0 * q3) * lo + 2.0 * q2) * lo + q1) * h
-        p2 = ((6.0 * q4 * lo + 3.0 * q3) * lo + q2) * h * h
-        p3 = (4.0 * q4 * lo + q3) * h * h * h
-        p4 = q4 * h * h * h * h
-        error = 2.0**-48 * ((((m4 * hi + m3) * hi + m2) * hi + m1) * hi + m0)
-        if (turn > 0) & (p1 > error) & (p2 > error) & (even | (p3 > error)):
+        a = piece_of(q, m, low * tick, high * tick)
+        e = a.error
+        if (turn > 0) & (a.p.c1 > e) & (a.p.c2 > e) & (even | (a.p.c3 > e)):
             return NEVER  # all derivatives are positive
-        b1 = p0 + 0.25 * p1
-        b2 = p0 + (0.5 * p1 + p2 / 6.0)
-        b3 = p0 + (0.75 * p1 + 0.5 * p2 + 0.25 * p3)
-        b4 = p0 + (p1 + p2 + p3 + p4)
-        slack = 2.0 * error
-        g0 = b1 - p0
-        g1 = b2 - b1
-        g2 = b3 - b2
-        g3 = b4 - b3
-        falls = (g0 < -slack) & (g1 < -slack) & (g2 < -slack) & (g3 < -slack)
-        if falls & (b4 < -error) & risen:  # the contact is here
+        slack = 2.0 * e
+        falls = (a.g0 < -slack) & (a.g1 < -slack) & (a.g2 < -slack) & (a.g3 < -slack)
+        if falls & (a.b4 < -e) & risen:  # the contact is here
             before = int(larger(int(low), since))
-            if p0 < -error:
+            if a.p.c0 < -e:
                 return before
-            after = int(high)
-            s = p0 / (p0 - b4)
-            for _ in range(20):
-                s = smaller(larger(s, 0.0), 1.0)
-                slope = ((4.0 * p4 * s + 3.0 * p3) * s + 2.0 * p2) * s + p1
-                step = ((((p4 * s + p3) * s + p2) * s + p1) * s + p0) / slope
-                s -= step
-                if abs(step) < 2.0**-25:  # its square is below a rounding
-                    break
-            count = int(low) + int(smaller(larger(s, 0.0), 1.0) * (high - low))
-            per = (high - low) / slope
-            for _ in range(8):  # not before ``before``, and Q < 0 at ``after``
-                if after - before <= 1:
-                    return before
-                count = smaller(larger(count, before + 1), after - 1)
-                q, q_error = gap_after(x, y, reach, reach_low, count, tick)
-                q *= way
-                if q > q_error:
-                    before = count
-                elif q < -q_error:
-                    after = count
-                else:
-                    break
-                move = int(math.floor(smaller(larger(-q * per, -span), span)))
-                count += move if move != 0 else 1
-            return touch_exactly(plans, radius, radius2, turn, Window(before, after, True, True), count)
-        rises = (g0 > slack) & (g1 > slack) & (g2 > slack) & (g3 > slack)
-        above = (p0 > error) & (b1 > error) & (b2 > error) & (b3 > error) & (b4 > error)
-        climbs = b4 - p0 > slack  # so it rises somewhere
-        sags = (g1 - g0 > 2.0 * slack) & (g2 - g1 > 2.0 * slack) & (g3 - g2 > 2.0 * slack)
-        quiet = rises | (above & (risen | climbs)) | (not risen and (falls | (sags & climbs)))
-        if quiet:
+            return int(tick_in_fall(plans, radius, radius2, turn, a, before, low, high))
+        rises = (a.g0 > slack) & (a.g1 > slack) & (a.g2 > slack) & (a.g3 > slack)
+        above = (a.p.c0 > e) & (a.b1 > e) & (a.b2 > e) & (a.b3 > e) & (a.b4 > e)
+        climbs = a.b4 - a.p.c0 > slack  # so it rises somewhere
+        sags = (a.g1 - a.g0 > 2.0 * slack) & (a.g2 - a.g1 > 2.0 * slack) & (a.g3 - a.g2 > 2.0 * slack)
+        if rises | (above & (risen | climbs)) | (not risen and (falls | (sags & climbs))):  # nothing is here
             if high >= FAR:
                 return NEVER
             risen = risen | climbs
             low = high
             grow = 8.0
-            if g3 < 0.0:  # up to where the tangent is 0, and .6 of that more
-                grow = smaller(larger(-0.4 * b4 / g3, 0.1), 8.0) if b4 > 0.0 else 2.0
+            if a.g3 < 0.0:  # up to where the tangent is 0, and .6 of that more
+                grow = smaller(larger(-0.4 * a.b4 / a.g3, 0.1), 8.0) if a.b4 > 0.0 else 2.0
             span *= grow
             continue
-        below = (p0 < -error) & (b1 < -error) & (b2 < -error) & (b3 < -error) & (b4 < -error)
-        turns = below & risen & (g0 > slack) & (g3 < -slack)
-        if turns | (span < larger(2.0**-22 * high, 4096.0)):
-            window = Window(larger(int(low), since), int(high), False, risen)
-            found = touch_exactly(plans, radius, radius2, turn, window, -1)
-            if found >= 0 or high >= FAR:
-                return found if found >= 0 else NEVER
-            risen = found != NONE_YET
-            low = high
-            span *= 8.0
-        else:
-            span *= 0.3
+        below = (a.p.c0 < -e) & (a.b1 < -e) & (a.b2 < -e) & (a.b3 < -e) & (a.b4 < -e)
+        turns = below & risen & (a.g0 > slack) & (a.g3 < -slack)
+        if not (turns | (span < larger(2.0**-22 * high, 4096.0))):
+            span *= 0.3  # a shorter one
+            continue
+        window = Window(larger(int(low), since), int(high), False, risen)
+        found = touch_exactly(plans, radius, radius2, turn, window, -1)
+        if found >= 0 or high >= FAR:
+            return found if found >= 0 else NEVER
+        risen = found != NONE_YET
+        low = high
+        span *= 8.0
     window = Window(larger(int(low), since), LIMIT, False, risen)
     found = touch_exactly(plans, radius, radius2, turn, window, -1)
     return found if found >= 0 else NEVER
