@@ -53,6 +53,7 @@ from kinetile.toolbox import (
     TOO_DEEP,
     Kernel,
     PairParts,
+    Records,
     blame,
     closing_speed,
     give,
@@ -88,6 +89,7 @@ from kinetile.toolbox.ticks import (
     plans_through,
     touch_about,
     turns_between,
+    with_accelerations,
 )
 from kinetile_plugins.constants import with_constants
 from kinetile_plugins.lower_bounds import (
@@ -120,16 +122,26 @@ def known_before(k: Kernel, since: int) -> int:
 
 
 @hook
-def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
-    one = k.bodies[early]
+def _accelerated(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> int:
     two = k.bodies[late]
     guess = known_before(k, two.anchor)
-    if not are_accelerated(one):
-        return int(touch_about(plans, one.radius, two.radius, guess))
     met = have_just_met(k, early, late, plans)
     low = counts_from(k, early, late, two.anchor)
     return int(accelerated_touch_about(plans, one.radius, two.radius, int(met), guess, low))
+
+
+@with_accelerations(_accelerated)
+@hook
+def _straight(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> int:
+    two = k.bodies[late]
+    guess = known_before(k, two.anchor)
+    return int(touch_about(plans, one.radius, two.radius, guess))
+
+
+@hook
+def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
+    """Returns how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
+    return int(_straight(k.bodies[early], k, early, late, plans))
 
 
 @unchecked

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel import plan
-from kinetile.kernel.compiled import hook, with_field
+from kinetile.kernel.compiled import hook, with_accelerations, with_field
 from kinetile.kernel.plan import BentPlan, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel, Records
 from kinetile.kernel.vectors import product_error, put_place
 
-position_after = with_field("ax", hook(plan.bent_position_after))(hook(plan.position_after))
-velocity_after = with_field("ax", hook(plan.bent_velocity_after))(hook(plan.velocity_after))
+position_after = with_accelerations(hook(plan.bent_position_after))(hook(plan.position_after))
+velocity_after = with_accelerations(hook(plan.bent_velocity_after))(hook(plan.velocity_after))
 
 
 @hook
@@ -68,7 +68,7 @@ def _twice_energy(body: Records) -> float:
     return square_of_speed(body) - 2.0 * float(body.ax * body.x + body.ay * body.y)
 
 
-@with_field("ax", _twice_energy)
+@with_accelerations(_twice_energy)
 @hook
 def twice_energy(body: Records) -> float:
     """Return twice the energy that a mass of 1 has at the anchor of its plan: the square of its speed, and
@@ -90,7 +90,7 @@ def _note_pull(body: Records, k: Kernel, number: int) -> None:
     put_place(k.pulls, number, body.ax, body.ay, end, 0.0)
 
 
-@with_field("ax", _note_pull)
+@with_accelerations(_note_pull)
 @hook
 def note_pull(body: Records, k: Kernel, number: int) -> None:
     """Write a body's row of ``k.pulls``, if there is one: its acceleration, and when its chord ends."""

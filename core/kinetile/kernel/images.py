@@ -51,9 +51,9 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
-from kinetile.kernel.certificates.discs import touch
+from kinetile.kernel.certificates.discs import straight_touch, touch
 from kinetile.kernel.certificates.plans import Plans, are_accelerated, plans_through
-from kinetile.kernel.compiled import hook, larger, python_of, smaller, template, unchecked
+from kinetile.kernel.compiled import hook, larger, python_of, smaller, template, unchecked, with_accelerations
 from kinetile.kernel.flight import anchor_at, position_at, velocity_at
 from kinetile.kernel.passings import counts_from, is_passing, passes
 from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, elder
@@ -161,15 +161,23 @@ def have_just_met(k: Kernel, early: int, late: int, plans: Plans) -> bool:
 
 
 @hook
+def _accelerated(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> int:
+    two = k.bodies[late]
+    met = have_just_met(k, early, late, plans)
+    return int(touch(plans, one.radius, two.radius, int(met), -1, counts_from(k, early, late, two.anchor)))
+
+
+@with_accelerations(_accelerated)
+@hook
+def _straight(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> int:
+    return int(straight_touch(plans, one.radius, k.bodies[late].radius, 0))
+
+
+@hook
 def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
     """Return how many ticks after the later anchor two discs touch by their plans, through the image of
     these, or ``NEVER``."""
-    one = k.bodies[early]
-    two = k.bodies[late]
-    if not are_accelerated(one):
-        return int(touch(plans, one.radius, two.radius, 0, -1, 0))
-    met = have_just_met(k, early, late, plans)
-    return int(touch(plans, one.radius, two.radius, int(met), -1, counts_from(k, early, late, two.anchor)))
+    return int(_straight(k.bodies[early], k, early, late, plans))
 
 
 @hook

@@ -35,6 +35,7 @@ from kinetile.kernel.certificates.structural import FAR as FAR
 from kinetile.kernel.certificates.walls import reaches as reaches
 from kinetile.kernel.compiled import Numbers as Numbers
 from kinetile.kernel.compiled import pointer as pointer
+from kinetile.kernel.compiled import with_accelerations as with_accelerations
 from kinetile.kernel.compiled import with_shapes as with_shapes
 from kinetile.kernel.images import HALVES as HALVES
 from kinetile.kernel.images import discs_overlap as discs_overlap

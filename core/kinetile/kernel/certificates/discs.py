@@ -539,7 +539,7 @@ def tick_in_fall(
             break
         move = int(math.floor(smaller(larger(-q * per, low - high), high - low)))
         count += move if move != 0 else 1
-    return int(touch_exactly(plans, radius, radius2, turn, Window(before, after, True, True), count))
+    return int(touch_exactly(plans, radius, radius2, turn, Window(before, after, 0, True), count))
 
 
 @apart
@@ -602,14 +602,14 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
         if not (turns | (span < larger(2.0**-22 * high, 4096.0))):
             span *= 0.3  # a shorter one
             continue
-        window = Window(larger(int(low), since), int(high), False, risen)
+        window = Window(larger(int(low), since), int(high), 3, risen)
         found = touch_exactly(plans, radius, radius2, turn, window, -1)
         if found >= 0 or high >= FAR:
             return found if found >= 0 else NEVER
         risen = found != NONE_YET
         low = high
         span *= 8.0
-    window = Window(larger(int(low), since), LIMIT, False, risen)
+    window = Window(larger(int(low), since), LIMIT, 3, risen)
     found = touch_exactly(plans, radius, radius2, turn, window, -1)
     return found if found >= 0 else NEVER
 
@@ -634,6 +634,29 @@ def is_accelerated(plans: Plans) -> bool:
     return x.a != 0.0 or x.a2 != 0.0 or y.a != 0.0 or y.a2 != 0.0
 
 
+@subroutine
+def straight_exactly(plans: Plans, radius: float, radius2: float, turn: int, guess: int, since: int) -> int:
+    """Return what ``closely`` does, without accelerations."""
+    if since >= LIMIT:
+        return NEVER
+    found = touch_exactly(plans, radius, radius2, turn, Window(since, LIMIT, 1, True), guess)
+    return found if found >= 0 else NEVER
+
+
+@apart
+def straight_touch(plans: Plans, radius: float, radius2: float, since: int) -> int:
+    """Return what ``touch`` does of two that have not just met, without accelerations."""
+    if have_one_velocity(plans):
+        return NEVER
+    x, y = separations(plans)
+    found = filtered(x, y, radius, radius2, plans.per_time)
+    guess = -1
+    if found == OPEN:
+        guess = as_count(about(x, y, radius + radius2) * plans.per_time + 0.5)
+        found = at_whole_tick(plans, radius, radius2, 1, guess)
+    return found if found >= since else straight_exactly(plans, radius, radius2, 1, guess, since)
+
+
 @apart
 def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int, since: int) -> int:
     """Return how many ticks after the later anchor two discs touch, from ``since`` on, or ``NEVER``.
@@ -644,15 +667,7 @@ def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int
     if met > 0 and have_one_acceleration(plans):
         return NEVER
     if not is_accelerated(plans):
-        if have_one_velocity(plans):
-            return NEVER
-        x, y = separations(plans)
-        found = filtered(x, y, radius, radius2, plans.per_time)
-        if found == OPEN:
-            guess = as_count(about(x, y, radius + radius2) * plans.per_time + 0.5)
-            found = at_whole_tick(plans, radius, radius2, 1, guess)
-        if found >= since:  # not OPEN
-            return found
+        return int(straight_touch(plans, radius, radius2, since))
     return int(closely(plans, radius, radius2, 1, met, about_then, since))
 
 
@@ -664,10 +679,10 @@ def parting(plans: Plans, radius: float, radius2: float, since: int) -> int:
             return NEVER
         x, y = separations(plans)
         found, t = left(x, y, radius, radius2, plans.per_time)
+        guess = as_count(t * plans.per_time + 0.5)
         if found == OPEN:
-            found = at_whole_tick(plans, radius, radius2, -1, as_count(t * plans.per_time + 0.5))
-        if found >= since:
-            return found
+            found = at_whole_tick(plans, radius, radius2, -1, guess)
+        return found if found >= since else straight_exactly(plans, radius, radius2, -1, guess, since)
     return int(closely(plans, radius, radius2, -1, 0, 0, since))
 
 
@@ -683,7 +698,7 @@ def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
         found, _ = one_step(ticks * plans.tick, ticks, x, y, reach, reach_low, 1.0, 0.0, plans.per_time)
         if found != OPEN:
             return found
-    return int(touch(plans, radius, radius2, 0, -1, 0))
+    return int(straight_touch(plans, radius, radius2, 0))
 
 
 @hook

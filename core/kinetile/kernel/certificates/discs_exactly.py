@@ -49,12 +49,13 @@ from kinetile.kernel.tables import NEVER
 
 
 class Window(NamedTuple):
-    """Where rule 5 is looked for: from a count of ticks to before another. ``falls`` says that Q falls all
-    along, and ``risen`` that it has risen before."""
+    """Where rule 5 is looked for: from a count of ticks to before another. ``levels`` is of how many
+    differences of Q the signs may change: none if Q falls all along, one without accelerations, else three.
+    ``risen`` says that Q has risen before."""
 
     low: int
     high: int
-    falls: bool
+    levels: int
     risen: bool
 
 
@@ -128,7 +129,7 @@ def add_differences(m: Cells, first: int, end: int, level: int) -> None:
 def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> int:
     """Return the first count in a window at which rule 5 holds, after Q has risen; else ``NONE`` if it has
     risen by the end of the window, ``NONE_YET`` if not. It is fast if Q becomes negative near ``guess``."""
-    levels = 0 if window.falls else 3
+    levels = window.levels
     for level in range(1, larger(levels, 1) + 1):
         add_differences(m, first, end, level)
     ends = zeros(32)
@@ -309,7 +310,7 @@ def wall_exactly(
     """Return the first count of ticks at which rule 5 holds of the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
     first, end = read_gap(m, far, near, radius, slope, pull, tick)
-    found = first_fall(m, first, end, Window(0, LIMIT, False, True), guess) if end > 0 else NONE
+    found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NONE
     return found if found >= 0 else NEVER
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kinetile.kernel.compiled import hook, with_field
+from kinetile.kernel.compiled import hook, with_accelerations
 from kinetile.kernel.tables import Kernel, Records
 
 
@@ -50,7 +50,7 @@ def _own(body: Records) -> tuple[float, float]:
     return body.ax, body.ay
 
 
-@with_field("ax", _own)
+@with_accelerations(_own)
 @hook
 def acceleration_of(body: Records) -> tuple[float, float]:
     """Return the acceleration of a body's plan: none where the scene has none."""
@@ -62,7 +62,7 @@ def _are(body: Records) -> bool:
     return True
 
 
-@with_field("ax", _are)
+@with_accelerations(_are)
 @hook
 def are_accelerated(body: Records) -> bool:
     """Whether bodies of this scene may be accelerated."""

@@ -26,6 +26,7 @@ import io
 import logging
 import os
 import pickle
+import re
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -40,6 +41,7 @@ import platformdirs
 
 from kinetile.kernel.compiled import backend
 from kinetile.kernel.compiled.backend import FunctionCache, IndexDataCacheFile, llvmlite, numba
+from kinetile.kernel.compiled.fingerprint import APART
 from kinetile.sources import open_regular
 
 _DIGEST = 32
@@ -126,11 +128,10 @@ class KeptHook:
     """The code of a hook on disk, as LLVM's bitcode, under the digest of all that it is made from: its
     fingerprint and key. A change in one hook compiles again only what calls it."""
 
-    def __init__(self, function: Callable[..., Any], digest: str, key: str, called: list[Any]) -> None:
+    def __init__(self, function: Callable[..., Any], digest: str, key: str) -> None:
         self._key = digest, key, folder().name
         found = hashlib.sha256(repr(self._key).encode()).hexdigest()[:32]
         self.name = f"{function.__name__}_{found}"
-        self._called = called
         self._files = cast(Any, _CheckedFiles)(str(folder()), self.name, "")
         self._files._dump = pickle.dumps  # Numba's own takes five times as long, and copies unknown classes
         self._file = f"{self.name}.nbh"
@@ -147,8 +148,6 @@ class KeptHook:
             with suppress(OSError):
                 os.unlink(self._files._data_path(self._file))
             return None
-        for each in self._called:
-            each.load_apart()
         return found
 
     def save(self, data: Any) -> None:
@@ -207,6 +206,10 @@ def _remove_unused(place: Path) -> None:
                 os.unlink(path)
 
 
+_NAMED = re.compile(rb"(?=(kinetile_\w+?_[0-9a-f]{16}))")
+"""What may be such a name: one may begin within another one."""
+
+
 class _CheckedFiles(IndexDataCacheFile):
     """The files of an entry: an index of signatures, and the machine code for each."""
 
@@ -240,13 +243,18 @@ class _CheckedFiles(IndexDataCacheFile):
 
     def _load_data(self, name: str) -> Any:
         path = cast(Any, self)._data_path(name)
-        self._check(path)
+        content = self._check(path)
         _touch(path)
+        for called in {each.decode() for each in _NAMED.findall(content)}:
+            if called in APART and not name.startswith(called):
+                APART[called]()
         return cast(Any, super())._load_data(name)
 
-    def _check(self, path: str) -> None:
-        if _key_of(path) != self._key_in(path):
+    def _check(self, path: str) -> memoryview:
+        key, content = _read(path)
+        if key != self._key_in(path):
             raise ValueError("damaged: its checksum is another, or that of another file")
+        return content
 
     @contextmanager
     def _open_for_write(self, path: str) -> Iterator[io.BytesIO]:
@@ -267,15 +275,15 @@ def _touch(path: str) -> None:
 
 def is_whole(path: str | os.PathLike[str]) -> bool:
     """Whether a file of the cache ends with its checksum; OSError for what is no regular file."""
-    return _key_of(path) is not None
+    return _read(path)[0] is not None
 
 
-def _key_of(path: str | os.PathLike[str]) -> bytes | None:
+def _read(path: str | os.PathLike[str]) -> tuple[bytes | None, memoryview]:
+    """Returns the key of a file, None where its checksum is another, and what is in it."""
     with open_regular(path) as file:
         content = memoryview(file.read())
-    if _checksum(path, content[:-_DIGEST]) != content[-_DIGEST:]:
-        return None
-    return bytes(content[-2 * _DIGEST : -_DIGEST])
+    whole = _checksum(path, content[:-_DIGEST]) == content[-_DIGEST:]
+    return bytes(content[-2 * _DIGEST : -_DIGEST]) if whole else None, content
 
 
 def _checksum(path: str | os.PathLike[str], content: Any) -> bytes:

@@ -249,20 +249,18 @@ class _Composed:
     @cached_property
     def made(self) -> Any:
         """Numba's function, which compiles it, or loads it from the disk cache."""
-        digest, modules, called = fingerprint(self._python, self._state)
+        digest, modules = fingerprint(self._python, self._state)
         self._python.__qualname__ = f"{self.__qualname__}_{digest}"
 
-        def with_what_it_calls(compiles: Callable[[Any], Any], signature: Any) -> Any:
+        def quietly(compiles: Callable[[Any], Any], signature: Any) -> Any:
             with _compiling(), dropped_together(), warnings.catch_warnings():
                 # A hook that takes a body has one form for discs and one, with more fields, for shapes. Numba
                 # takes the right one, and warns that it has looked at the other.
                 warnings.simplefilter("ignore", backend.NumbaExperimentalFeatureWarning)
-                for each in called:
-                    each.load_apart()
                 return compiles(signature)
 
         cache = None if "__main__" in modules else CheckedCache
-        return backend.entry(self._python, cache, with_what_it_calls)
+        return backend.entry(self._python, cache, quietly)
 
     def entry(self, taken: list[Any]) -> Any:
         """Returns the machine code for such arguments."""

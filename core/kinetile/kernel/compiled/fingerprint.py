@@ -16,14 +16,17 @@ from typing import Any
 
 import numpy as np
 
+APART: dict[str, Callable[[], None]] = {}
+"""What loads the functions that machine code calls by their names, which end with their fingerprints."""
 
-def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str], list[Any]]:
+
+def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str]]:
     """Returns a digest of a function and of all that it reaches, also through a module (bytecode, constants,
-    hooks, values of globals, Numba's options), the modules it was found in, and what it calls ``apart``."""
+    hooks, values of globals, Numba's options), and the modules it was found in."""
     found = _Found()
     found.visit(function)
     found.visit(state)
-    return found.digest.hexdigest()[:16], found.modules, found.called
+    return found.digest.hexdigest()[:16], found.modules
 
 
 class _Found:
@@ -34,12 +37,9 @@ class _Found:
         self.digest.update(_sources())
         self.seen: set[int] = set()
         self.modules: set[str] = set()
-        self.called: list[Any] = []
 
     def visit(self, value: Any) -> None:
-        if hasattr(value, "load_apart"):
-            self.called.extend([value] if value not in self.called else [])
-        elif hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
+        if hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
             value = value._defn
         if hasattr(value, "py_func"):
             self.digest.update(type(value).__name__.encode())  # taken in or called: another machine code

@@ -23,7 +23,7 @@ from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from kinetile.kernel.compiled.fingerprint import fingerprint
+from kinetile.kernel.compiled.fingerprint import APART, fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -74,8 +74,8 @@ _SHORT = (types.int8, types.int16, types.int32)
 
 def _kept(function: FunctionType, key: str) -> KeptHook | None:
     """Returns where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
-    digest, modules, called = fingerprint(function, tuple)
-    return None if "__main__" in modules else KeptHook(function, digest, key, called)
+    digest, modules = fingerprint(function, tuple)
+    return None if "__main__" in modules else KeptHook(function, digest, key)
 
 
 LinkingCompiler.kept = staticmethod(_kept)
@@ -160,6 +160,11 @@ def with_field(field: str, other: F) -> Callable[[F], F]:
     return decorated
 
 
+def with_accelerations(of_accelerated: F) -> Callable[[F], F]:
+    """Marks a hook of a body's record, above ``hook``: ``of_accelerated`` replaces it where some are."""
+    return with_field("ax", of_accelerated)
+
+
 def with_shapes(of_shape: F) -> Callable[[F], F]:
     """Marks a hook of a body's record, above ``hook``: ``of_shape`` replaces it where not all are discs."""
     return with_field("left", of_shape)
@@ -226,7 +231,7 @@ class _Apart:
     """A function that compiled code knows by name only; it is loaded before such code is."""
 
     def __init__(self, function: FunctionType) -> None:
-        digest, _, self.called = fingerprint(function, tuple)
+        digest, _ = fingerprint(function, tuple)
         self.function = function
         self.name = f"kinetile_{function.__name__}_{digest}"
         *kinds, result = (_kind(each, function.__globals__) for each in function.__annotations__.values())
@@ -235,8 +240,6 @@ class _Apart:
 
     def load(self) -> None:
         """Compiles the function, or loads it from the disk cache, and makes its name known."""
-        for each in self.called:
-            each.load_apart()
         if self.address is None:
             source = self.function
             named = FunctionType(source.__code__, source.__globals__, source.__name__)
@@ -268,5 +271,6 @@ def apart(function: F) -> F:
     known = _Apart(cast(FunctionType, function))
     names = inspect.signature(function).parameters
     made = backend.lowered(function.__name__, names, known.typed, known.call)
-    made.py_func, made.known, made.load_apart = function, known, known.load
+    made.py_func, made.known = function, known
+    APART[known.name] = known.load
     return cast(F, backend.both(function)(made))

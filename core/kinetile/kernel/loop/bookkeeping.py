@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.clock import SPAN
-from kinetile.kernel.compiled import hook, larger, smaller, with_field
+from kinetile.kernel.compiled import hook, larger, smaller, with_accelerations
 from kinetile.kernel.flight import square_of_speed
 from kinetile.kernel.log import LEFT, TURNED
 from kinetile.kernel.passings import rule_of
@@ -23,7 +23,7 @@ def _note_pull(body: Records, row: Records) -> None:
     row.by = body.ay
 
 
-@with_field("ax", _note_pull)
+@with_accelerations(_note_pull)
 @hook
 def note_pull(body: Records, row: Records) -> None:
     """Write the acceleration of a body into a row, in the place of a second body's position."""
@@ -164,7 +164,7 @@ def _pull(plan: Records) -> float:
     return float(abs(plan.ax) + abs(plan.ay))
 
 
-@with_field("ax", _pull)
+@with_accelerations(_pull)
 @hook
 def _pull_on(plan: Records) -> float:
     """Return a bound of the present acceleration of a body."""
