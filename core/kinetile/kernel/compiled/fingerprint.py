@@ -39,7 +39,8 @@ class _Found:
         self.modules: set[str] = set()
 
     def visit(self, value: Any) -> None:
-        if hasattr(value, "_defn"):  # an intrinsic: the code of it is within what makes its code
+        # Of an intrinsic the code is within what makes its code, but of what is called ``apart``.
+        if hasattr(value, "_defn") and not hasattr(value, "known"):
             value = value._defn
         if hasattr(value, "py_func"):
             self.digest.update(type(value).__name__.encode())  # taken in or called: another machine code
