@@ -73,5 +73,5 @@ def is_shared(loop: Callable[..., Any]) -> bool:
     parts = loop.__globals__
     phases = ALIKE if parts.get("collide") is collide_equals else BUILT_IN
     names = tuple(f"advance_{phase.replace('-', '_')}_disc_wall_" for phase in phases)
-    beyond = ("COMMANDS", "LIVING", "RULES", "PASSING", "PERIODIC", "AHEAD", "BENT")
+    beyond = ("COMMANDS", "LIVING", "RULES", "PASSINGS", "PERIODIC", "AHEAD", "ACCELERATIONS")
     return loop.__qualname__.startswith(names) and not any(parts[each] for each in beyond)

@@ -54,6 +54,7 @@ from typing import Any
 from kinetile.kernel.certificates.discs import straight_touch, touch
 from kinetile.kernel.certificates.plans import Plans, are_accelerated, plans_through
 from kinetile.kernel.compiled import hook, larger, python_of, smaller, template, unchecked, with_accelerations
+from kinetile.kernel.features import PERIODIC, only_with
 from kinetile.kernel.flight import anchor_at, position_at, velocity_at
 from kinetile.kernel.passings import counts_from, is_passing, passes
 from kinetile.kernel.tables import NEVER, NOBODY, TOO_DEEP, Kernel, Records, blame, elder
@@ -64,8 +65,6 @@ BEAT = 1 << 53
 
 FORESEEN = 1 << 55
 """Ticks after the later anchor from which on a run predicts no contact: both plans are anchored before."""
-
-PERIODIC = False
 
 HALVES = 1.5 * 2.0**52
 
@@ -105,6 +104,7 @@ def near_zero(place: float, period: float) -> float:
     return remainder(place, period, turns_of(place, period))
 
 
+@only_with(PERIODIC)
 @hook
 def wrap(k: Kernel, body: int) -> None:
     """Take the periods off the place of a body whose plan has been anchored."""
@@ -131,8 +131,7 @@ def wrap(k: Kernel, body: int) -> None:
 def anchor(k: Kernel, body: int, tick: int) -> None:
     """Anchor a body's plan at a tick, without changing its velocity."""
     anchor_at(k, k.bodies[body], tick)
-    if PERIODIC:
-        wrap(k, body)
+    wrap(k, body)
 
 
 @hook
@@ -295,6 +294,7 @@ def first_image_of(
     return unchecked(hook(FunctionType(search.__code__, names, search.__name__)))
 
 
+@only_with(PERIODIC)
 @hook
 def await_through(k: Kernel, body: int) -> None:
     """Note, beside a body's entry, the image of the contact that has been computed for it last."""
@@ -303,6 +303,7 @@ def await_through(k: Kernel, body: int) -> None:
     image.n = k.clock[0].torus.n
 
 
+@only_with(PERIODIC)
 @hook
 def come_together(k: Kernel, a: int, b: int, h: int) -> None:
     """Write to the clock what is added to b - a at the contact that the entry of h awaits. Both are anchored.

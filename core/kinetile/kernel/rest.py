@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from kinetile.kernel.compiled import hook, with_field
+from kinetile.kernel.features import RESTING, only_with
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 
 NOT, WITH_ANOTHER, ALONE = range(3)
@@ -24,6 +25,7 @@ def is_held_by(k: Kernel, body: int, other: int) -> bool:
     return bool((plan.supports > 0 and plan.support == other) or (plan.supports > 1 and plan.second == other))
 
 
+@only_with(RESTING)
 @hook
 def let_go(k: Kernel, body: int) -> None:
     """Give a body its whole acceleration. What has held it is known until ``take_hold``."""
@@ -36,6 +38,7 @@ def let_go(k: Kernel, body: int) -> None:
     plan.holds = 0
 
 
+@only_with(RESTING)
 @hook
 def take_hold(k: Kernel, body: int) -> bool:
     """Make true what a response decided on a body let go; return whether its acceleration has changed."""

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.errors import PhaseError
-from kinetile.kernel.compiled import Hook, is_hook, python_of
+from kinetile.kernel.compiled import NOTHING, Hook, is_hook, python_of
 from kinetile.kernel.loop import idle
 from kinetile.plugin.drawing import Item
 from kinetile.plugin.registry import defined_at
@@ -121,9 +121,9 @@ class BroadPhaseParts:
 
     near: Hook
     state: Any = field(default_factory=lambda: idle.NoState(np.zeros(1)))
-    build: Hook = idle.build
+    build: Hook = NOTHING[2]
     repair: Hook = idle.repair
-    replan: Hook = idle.replan
+    replan: Hook = NOTHING[3]
     arrange: Callable[[Any, Any], None] | None = None
     audit: Callable[[Any, Any], Iterator[str]] | None = None
     draw: Callable[[Any, Any], Iterable[Item]] | None = None

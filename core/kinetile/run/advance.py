@@ -48,7 +48,7 @@ EventKind: TypeAlias = Literal[
     "structural", "turn", "accelerate", "kind", "move", "insert", "remove", "wall", "disc", "pass", "part"
 ]
 
-COMMANDS: dict[int, EventKind] = {
+_COMMANDS: dict[int, EventKind] = {
     TURNED: "turn",
     ACCELERATED: "accelerate",
     OF_KIND: "kind",
@@ -57,7 +57,7 @@ COMMANDS: dict[int, EventKind] = {
     REMOVED: "remove",
 }
 
-_CODES = {kind: code for code, kind in COMMANDS.items()}
+_CODES = {kind: code for code, kind in _COMMANDS.items()}
 
 KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",
@@ -65,7 +65,7 @@ KINDS: dict[int, EventKind] = {
     PAIR: "disc",
     PASSES: "pass",
     PARTING: "part",
-    **COMMANDS,
+    **_COMMANDS,
 }
 """The kinds of events by what the loop notes of the next one (``kernel.tables.NEXT``). A plan that is only
 anchored again has none: users do not see it."""
@@ -328,7 +328,7 @@ def next_event(engine: Engine) -> Event | None:
         lists.command, fields.fault.code[0], fields.torus.beat[0] = command, fault, beat
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
-        event = Event(*engine.clock.moment(planned.ticks), COMMANDS[planned.code], (planned.body,))
+        event = Event(*engine.clock.moment(planned.ticks), _COMMANDS[planned.code], (planned.body,))
     return _first_parting(engine, event) if event is not None and event.kind == "remove" else event
 
 
@@ -392,7 +392,7 @@ def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None
 
 def _is_watched(engine: Engine, a: int, b: int) -> bool:
     """Whether a contact of two numbers is watched (``bookkeeping.is_watched``); a body may be gone since."""
-    if b in COMMANDS:
+    if b in _COMMANDS:
         return False
     k, kinds = engine.k, engine.scene.kinds
     one, two = map((*kinds, WALL_KIND).index, Moment(engine.scene, engine).kinds_of([a, b]))
@@ -412,7 +412,7 @@ def _event_of_row(engine: Engine, row: ContactRow) -> Event:
     epoch, tick, a, b = row
     k, when = engine.k, engine.clock.moment(epoch * TICKS + tick)
     if b in (REMOVED, MOVED):
-        return Event(*when, COMMANDS[b], (a,))
+        return Event(*when, _COMMANDS[b], (a,))
     if b < 0:
         return Event(*when, "wall", (a,), wall=WALLS[b])
     if b < a:

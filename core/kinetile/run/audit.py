@@ -20,6 +20,7 @@ import numpy.typing as npt
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
 from kinetile.kernel.compiled import compose, disowned, smaller, to_be_filled_in
+from kinetile.kernel.features import MIXED, PAIRS, PASSINGS, PERIODIC, RESTING, WALLED
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
@@ -221,8 +222,7 @@ def of_passings(k: Kernel, tables: Any, composition: Composition, place: Any) ->
     yield from of_lists(table, k.passers, "the passings", lists.passings, lists.passable)
     live = np.flatnonzero(table.a >= 0)
     passings, parting = table[live], np.full(len(live), NEVER)
-    parts = {"part": composition.pair.part, "PERIODIC": bool(len(k.images))}
-    compose(compute_partings, parts, "parting", Kernel)(tables, passings, parting)
+    compose(compute_partings, composition.parts(), "parting", Kernel)(tables, passings, parting)
     due = np.maximum(parting, table.begun[live] + 1)
     number, traits = k.queue.number, k.traits
     for at in np.flatnonzero(table.tick[live] != due).tolist():
@@ -248,8 +248,8 @@ def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
 
 
 def _gaps(tables: Any, composition: Composition) -> Callable[..., float] | None:
-    shaped = composition.of_shapes
-    return partial(compose(gap_between, {"gap": shaped["gap"]}, "gap", Kernel), tables) if shaped else None
+    gap = composition.gap
+    return None if gap is None else partial(compose(gap_between, {"gap": gap}, "gap", Kernel), tables)
 
 
 def _overlapping(
@@ -367,20 +367,10 @@ def _computed_again(
 ) -> tuple[Integers, Integers, Integers]:
     """Returns when each pair meets by its plans, NEVER if it is barred, and through which image, (n, 2); and
     when each body meets a wall."""
-    pair, wall = composition.pair, composition.wall
-    parts: dict[str, Any] = {"PAIRS": pair is not None, "WALLS": wall is not None}
-    parts |= {"PASSING": composition.passing, "PERIODIC": bool(composition.prepared.periodic)}
-    parts |= {"BENT": composition.prepared.bent, "MIXED": composition.mixed}
-    parts |= composition.of_shapes if composition.passing else {}
-    parts |= composition.resting
-    if pair is not None:
-        parts["meet"] = pair.meet
-    if wall is not None:
-        parts["reach_wall"] = wall.reach_wall
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     images = np.zeros((len(pairs), 2), np.int64)
     aside = tables.replaced("clock", k.clock.copy())  # a fault of a narrow phase must not end the run
-    compose(compute_again, parts, "audit", Kernel)(aside, pairs, meetings, images, walls)
+    compose(compute_again, composition.parts(), "audit", Kernel)(aside, pairs, meetings, images, walls)
     return meetings, images, walls
 
 
@@ -441,8 +431,6 @@ def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
         yield Complaint(f"{text}, but by their plans they meet {said_tick(meetings[number])}", (a, b))
 
 
-PAIRS = WALLS = PASSING = True
-PERIODIC = MIXED = RESTING = False
 reach_wall = to_be_filled_in
 
 
@@ -450,7 +438,7 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers,
     """Writes down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     bodies = k.bodies
-    if WALLS:
+    if WALLED:
         for body in range(len(bodies)):
             if not is_there(k, body):  # with gravity what has no velocity reaches walls, too
                 continue
@@ -462,7 +450,7 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers,
             a = pairs[pair, 0]
             b = pairs[pair, 1]
             past = not (PERIODIC or MIXED) and bodies[a].last == b and bodies[b].last == a
-            if PASSING and not PERIODIC:
+            if PASSINGS and not PERIODIC:
                 past = past or is_passing(k, a, b, 0, 0)
             if not past:
                 first = elder(k, a, b)

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from kinetile.errors import BadOption, KinetileError, PhaseError, Refused, TooThick, key_of
+from kinetile.kernel import features
 from kinetile.kernel.chords import seeing
-from kinetile.kernel.compiled import compose, is_checked, python_of
+from kinetile.kernel.compiled import NOTHING, Hook, compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE
 from kinetile.kernel.loop.checked import checked, dissipating, parting
@@ -56,6 +57,18 @@ BUILT_IN = (ELASTIC, PASS)
 PHASE_HOOKS = ("build", "repair", "replan", "near", "soon", "enter", "leave")
 """The hooks of a broad phase."""
 
+CALLED_WITH = {
+    "enter": ("LIVING",),
+    "leave": ("LIVING",),
+    "touch": ("RULES", "ACCELERATIONS"),
+    "touch_wall": ("RULES", "ACCELERATIONS"),
+    "part": ("PASSINGS",),
+    "gap": ("SHAPES",),
+    "ledge": ("RESTING",),
+}
+"""Hooks that a loop calls with one of these features only. Others are left out of it: what they call
+``apart`` would be compiled and loaded with it, for nothing."""
+
 P = TypeVar("P", bound=Parts)
 Options = Mapping[str, Any]
 Named = Mapping[str, Options]
@@ -86,11 +99,9 @@ class Rules:
         chosen = [described("response", each) for each in names or self.names if each not in BUILT_IN]
         return " or ".join(f"{each}{lines.get(each, '')}" for each in chosen)
 
-    def parts(self, pair: PairParts | None) -> dict[str, Any]:
-        """Returns their values for the templates."""
-        hooks = {f"respond_{at}": self.foreign.get(hook, hook) for at, hook in enumerate(self.hooks, 1)}
-        part = {} if pair is None or pair.part is None else {"part": pair.part}
-        return {"RESPONSES": len(hooks), "FOREIGN": bool(self.foreign), **hooks, **part}
+    def parts(self) -> dict[str, Any]:
+        """Returns the hooks for the templates."""
+        return {f"respond_{at}": self.foreign.get(hook, hook) for at, hook in enumerate(self.hooks, 1)}
 
 
 def read_rules(
@@ -217,18 +228,9 @@ class Composition:
         return self.prepared.bent and not self.prepared.uniform
 
     @property
-    def resting(self) -> dict[str, Any]:
-        """The values for templates where bodies may rest on supports."""
-        if not self.prepared.resting:
-            return {}
-        ledge = None if self.pair is None else self.pair.ledge
-        return {"RESTING": True, "ledge": idle.ledge if ledge is None else ledge}
-
-    @property
-    def of_shapes(self) -> dict[str, Any]:
-        """The values for templates that insert bodies of shapes, or let them pass; none without gaps."""
-        gap = self.pair.gap if self.prepared.shapes and self.pair is not None else None
-        return {} if gap is None else {"SHAPED": True, "gap": gap}
+    def gap(self) -> Hook | None:
+        """The hook by which bodies of shapes are inserted, or pass; None where there are no shapes."""
+        return self.pair.gap if self.prepared.shapes and self.pair is not None else None
 
     @property
     def gapless(self) -> str:
@@ -256,51 +258,56 @@ class Composition:
 
     def loop(self, commands: Commands) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
-        return compose(advance, self._parts(commands), self.label, type(self.broad.state))
+        return compose(advance, self.parts(commands), self.label, type(self.broad.state))
 
     def carrying_out(self) -> Callable[..., Any]:
         """Returns what runs one command by itself, for a broad phase that cannot insert or remove a body."""
-        parts = self._parts(Commands.ALL) | {"LIVING": True, "enter": idle.enter, "leave": idle.leave}
+        parts = self.parts(Commands.ALL) | {"LIVING": True, "enter": NOTHING[3], "leave": NOTHING[3]}
         return compose(run_one_command, parts, f"command_{self.label}", type(self.broad.state))
 
     @cached_property
     def find_room(self) -> Callable[..., Any]:
         """``find_blockers`` for this scene."""
         walls = self.wall is not None and self.prepared.arena is not None
-        rules = {"PASSING": self.passing, "PERIODIC": bool(self.prepared.periodic), **self.of_shapes}
-        return compose(find_blockers, {"WALLS": walls, **rules}, "room", Kernel)
+        parts = {"PASSINGS": self.passing, "PERIODIC": bool(self.prepared.periodic), "WALLED": walls}
+        shapes = {"SHAPES": self.gap is not None, "gap": self.gap}
+        return compose(find_blockers, parts | shapes, "room", Kernel)
 
-    def _parts(self, commands: Commands) -> dict[str, Any]:
-        parts: dict[str, Any] = {
-            "FETCHES": self.broad.soon is not None,  # whether the broad phase prefetches
-            "AHEAD": self.broad.soon is not None and self.prepared.capacity >= LARGE,
-            "PAIRS": self.pair is not None,
-            "BOUNDS": self.pair is not None and self.pair.soonest is not None,
-            "WALLS": self.wall is not None,
-            "INSIDE": self.wall is not None and self.wall.inside is not None,
-            "COMMANDS": commands > Commands.NONE,
-            "LIVING": commands > Commands.TURNS and self.living,
-            "RULES": self.rules is not None,
-            "PASSING": self.passing,
-            "PERIODIC": bool(self.prepared.periodic),
-            "BENT": self.prepared.bent,
-            "MIXED": self.mixed,
-        }
-        if self.prepared.shapes and (commands == Commands.ALL or self.passing):
-            parts |= self.of_shapes
-        parts |= self.resting
-        if self.rules is not None:
-            parts |= self.rules.parts(self.pair)
-        if self.rules is not None or self.prepared.bent:
-            touches = {"touch": self.pair, "touch_wall": self.wall}
-            parts |= {name: owner.touch for name, owner in touches.items() if owner and owner.touch}
-        needed = {"enter": parts["LIVING"], "leave": parts["LIVING"]}
+    def features(self, commands: Commands) -> dict[str, Any]:
+        """Returns the features of a loop with such commands."""
+        scene, rules = self.prepared, self.rules
+        return features.values(
+            PAIRS=self.pair is not None,
+            BOUNDS=self.pair is not None and self.pair.soonest is not None,
+            WALLED=self.wall is not None,
+            PERIODIC=bool(scene.periodic),
+            ACCELERATIONS=scene.bent,
+            MIXED=self.mixed,
+            RESTING=scene.resting,
+            RULES=rules is not None,
+            RESPONSES=0 if rules is None else len(rules.hooks),
+            FOREIGN=rules is not None and bool(rules.foreign),
+            PASSINGS=self.passing,
+            SHAPES=self.gap is not None and (commands == Commands.ALL or self.passing),
+            COMMANDS=commands > Commands.NONE,
+            LIVING=commands > Commands.TURNS and self.living,
+            AHEAD=self.broad.soon is not None and scene.capacity >= LARGE,
+        )
+
+    def parts(self, commands: Commands = Commands.NONE) -> dict[str, Any]:
+        """Returns the features and the hooks of a loop with such commands."""
+        given = self.features(commands)
+        unused = [name for name, by in CALLED_WITH.items() if not any(given[each] for each in by)]
+        parts = {**given, "soon": NOTHING[4], "inside": idle.inside, "ledge": idle.ledge}
+        parts |= {} if self.rules is None else self.rules.parts()
+        found = {} if self.wall is None else {"touch_wall": self.wall.touch}
         for owner, names in (
-            (self.broad, [name for name in PHASE_HOOKS if needed.get(name, True)]),
-            (self.pair, ["meet", "collide", "soonest"]),
-            (self.wall, ["reach_wall", "bounce", "inside"]),
+            (self.broad, PHASE_HOOKS),
+            (self.pair, ("meet", "collide", "soonest", "touch", "part", "gap", "ledge")),
+            (self.wall, ("reach_wall", "bounce", "inside")),
         ):
-            parts |= {name: getattr(owner, name) for name in names if getattr(owner, name, None) is not None}
+            found |= {name: getattr(owner, name, None) for name in names}
+        parts |= {name: part for name, part in found.items() if part is not None and name not in unused}
         parts = {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
         if self.prepared.bent:
             parts |= {name: seeing(name, parts[name]) for name in PHASE_HOOKS if name in parts}

@@ -4,14 +4,18 @@ import ast
 import inspect
 import mmap
 import re
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any
 
 import numpy as np
 import pytest
 
+import kinetile.kernel
 import kinetile.run
 from kinetile.kernel import loop as reasons
+from kinetile.kernel.features import FEATURES
 from kinetile.kernel.loop import loop
 from kinetile.kernel.tables import (
     BODY,
@@ -64,14 +68,19 @@ def test_what_the_loop_awaits_besides_the_queue_is_a_saved_tick_that_no_contact_
     assert {each for each in awaited if each.startswith("clock.")} <= ticks
 
 
-def test_each_reason_and_flag_of_the_loop_is_known_to_what_runs_it() -> None:
+def test_each_reason_of_the_loop_is_known_to_what_runs_it_and_a_feature_has_one_meaning() -> None:
     texts = [path.read_text() for path in Path(kinetile.run.__path__[0]).rglob("*.py")]
     nodes = [node for text in texts for node in ast.walk(ast.parse(text))]
     named = {name for name, value in vars(reasons).items() if type(value) is int}
     assert "WATCHED" in named
     assert named - {node.id for node in nodes if isinstance(node, ast.Name)} == {"NO_REASON"}
-    flags = {name for name, value in vars(loop).items() if type(value) is bool}
-    assert flags <= {node.value for node in nodes if isinstance(node, ast.Constant)}
+    for package in (kinetile.kernel, kinetile.run):
+        for found in walk_packages(package.__path__, f"{package.__name__}."):
+            module = vars(import_module(found.name))
+            assert [each for each in {*FEATURES} & {*module} if module[each] is not FEATURES[each]] == []
+    page = (Path(__file__).parents[3] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = [f"| `{each.name}` | {each.does} | {each.set_by} |" for each in FEATURES.values()]
+    assert "\n".join(rows) in page
 
 
 def _refuse(*arguments: Any) -> None:

@@ -11,6 +11,9 @@ import kinetile as kt
 from agreement import assert_one_answer
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
+from kinetile.kernel.features import FEATURES
+from kinetile.run.compose import CALLED_WITH, Commands, compose_phases
+from kinetile.run.simulation import composition_of
 from lanes import SHARED
 from registering import registered
 
@@ -95,6 +98,27 @@ def test_explain_names_what_is_left_out():
     pegs = kt.Scene(plain.position, np.zeros((4, 2)), 0.05, math.inf, plain.arena, gravity=(0.0, -1.0))
     by_hand = kt.Simulation(pegs, live=True).explain()["modelled"][0]
     assert "flying with accelerations up to [0.0, 1.0]" in by_hand  # it was: the acceleration [0.0, 0.0]
+    passing = plain.replace(responses={("*", "*"): "pass"}, periodic="xy")
+    for scene in (plain, passing, kt.make_scene("galton", rows=2, balls=1), plain.replace(arena=None)):
+        sim = kt.Simulation(scene)
+        said = "\n".join(sim.explain()["modelled"])
+        for name, value in composition_of(sim).features(Commands.of(scene)).items():
+            words = FEATURES[name].explained
+            assert not words or (words in said) == bool(value), name
+
+
+def test_a_loop_has_no_hooks_that_it_never_calls():
+    """What these call apart was compiled and loaded with every loop."""
+    plain = kt.make_scene("grid", bodies=9)
+    touching, passing = {"touch", "touch_wall"}, {("*", "*"): "pass"}
+    for more, called in (
+        ({}, set()),
+        ({"gravity": (0.0, -1.0)}, touching),
+        ({"responses": passing}, {*touching, "part"}),
+        ({"shapes": [kt.box(0.25, 0.25)], "shape": [0] * 9, "radius": None}, set()),
+    ):
+        parts = compose_phases(plain.replace(**more), "cells", None, None).parts()
+        assert ({*CALLED_WITH} & {*parts}) - {"ledge"} == called, more
 
 
 @pytest.mark.compiled

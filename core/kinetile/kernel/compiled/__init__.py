@@ -34,6 +34,7 @@ from kinetile.kernel.compiled.composer import is_cached as is_cached
 from kinetile.kernel.compiled.composer import make_ready as make_ready
 from kinetile.kernel.compiled.composer import while_compiling as while_compiling
 from kinetile.kernel.compiled.composer import with_numpy as with_numpy
+from kinetile.kernel.compiled.hooks import NOTHING as NOTHING
 from kinetile.kernel.compiled.hooks import Hook as Hook
 from kinetile.kernel.compiled.hooks import Numbers as Numbers
 from kinetile.kernel.compiled.hooks import apart as apart

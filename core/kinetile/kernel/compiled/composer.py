@@ -33,9 +33,10 @@ from kinetile.errors import printable
 from kinetile.kernel.compiled import backend
 from kinetile.kernel.compiled.cache import CheckedCache, dropped_together, is_whole
 from kinetile.kernel.compiled.fingerprint import fingerprint
-from kinetile.kernel.compiled.hooks import hook, is_checked, uncollected
+from kinetile.kernel.compiled.hooks import NOTHING, hook, is_checked, python_of, uncollected
 from kinetile.kernel.compiled.plain import quick
 from kinetile.kernel.compiled.views import ViewModel, packed_kind, wrapping
+from kinetile.kernel.features import Feature
 
 NOTHING_IS_COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """Whether nothing is compiled in this process."""
@@ -112,14 +113,17 @@ def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
     """Returns a function with parts in place of its global names, and of those of the templates it calls."""
-    names = {**source.__globals__, **parts}
+    features = {name: 0 for name, value in source.__globals__.items() if isinstance(value, Feature)}
+    names = {**source.__globals__, **features, **parts}
     function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
     function.__module__ = source.__module__
     function.__qualname__ = source.__qualname__
     function.__doc__ = source.__doc__
     for name in source.__code__.co_names:
-        value = names.get(name)
-        if getattr(value, "is_template", False):
+        value: Any = names.get(name)
+        if hasattr(value, "feature") and not parts.get(value.feature):
+            names[name] = NOTHING[python_of(value).__code__.co_argcount]
+        elif getattr(value, "is_template", False):
             if name not in made:
                 made[name] = hook(_filled_in(cast(FunctionType, value), parts, made))
             names[name] = made[name]

@@ -183,6 +183,11 @@ def unchecked(function: F) -> F:
     return function
 
 
+_EMPTY = lambda k, a: None, lambda k, a, b: None, lambda k, a, b, c: None, lambda k, a, b, c, d: None
+NOTHING = {each.__code__.co_argcount: unchecked(hook(each)) for each in _EMPTY}
+"""Hooks that do nothing, by how many arguments they take."""
+
+
 def is_checked(value: Any) -> bool:
     """Whether a value is a hook that is not marked with ``unchecked``."""
     return is_hook(value) and not getattr(value, "is_unchecked", False)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
+from kinetile.kernel.features import AHEAD, PERIODIC, only_with
 from kinetile.kernel.loop.calendar import next_marked, ring_of
 from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
@@ -30,8 +31,6 @@ SIGHT = 16
 STAGE = 5
 """Bodies that are found between two stages of one."""
 
-AHEAD = FETCHES = True
-PERIODIC = False
 soon = to_be_filled_in
 
 
@@ -61,9 +60,8 @@ def fetch_two(k: Kernel, s: Any, a: int, b: int) -> None:
     if not AHEAD:
         prefetch(k.bodies, a)
         prefetch(k.bodies, b)
-        if FETCHES:
-            soon(k, s, a, 0)
-            soon(k, s, b, 0)
+        soon(k, s, a, 0)
+        soon(k, s, b, 0)
 
 
 @template
@@ -102,6 +100,7 @@ def _fetch(k: Kernel, body: int) -> None:
         prefetch(k.images, body)
 
 
+@only_with(AHEAD)
 @template
 def fetch_ring(k: Kernel, body: int) -> None:
     """Prefetch the ring in which a body will be filed, unless a wall comes first."""

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.features import ACCELERATIONS, PASSINGS, RESTING, WALLED
 from kinetile.kernel.tables import (
     CHORD,
     GUESS,
@@ -34,8 +35,6 @@ from kinetile.kernel.vectors import lowest_bit
 HORIZON = 1 << 60
 """Ticks. Later than this from now it is not worth to compute where a body will be: its wall is."""
 
-WALLS = INSIDE = PASSING = True
-BENT = RESTING = False
 inside = reach_wall = to_be_filled_in
 
 
@@ -250,15 +249,15 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
 @template
 def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
     """Whether a body may be at a wall, or leave its support, at a tick or before. Computes when it does,
-    unless a shortcut of the narrow phase for walls (``INSIDE``) says that it reaches none, for ``more`` ticks
-    after that as well."""
+    unless ``inside`` of the narrow phase for walls says that it reaches none, for ``more`` ticks after that
+    too."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:
         body = k.bodies[h]
         stays = True
         if RESTING:
             stays = body.ledge == NEVER
-        if INSIDE and stays and tick < k.clock[0].now + HORIZON and inside(k, body, tick + more):
+        if stays and tick < k.clock[0].now + HORIZON and inside(k, body, tick + more):
             return False
         entry.wall = reach_wall(k, body)[0]
         if RESTING:
@@ -289,14 +288,14 @@ def settle(k: Kernel, h: int) -> None:
     if entry.tick < key:
         key = entry.tick
         kind = PAIR if entry.exact else GUESS
-    if BENT and k.bodies[h].end <= key and k.bodies[h].end != NEVER:
+    if ACCELERATIONS and k.bodies[h].end <= key and k.bodies[h].end != NEVER:
         key = k.bodies[h].end
         kind = CHORD
-    may_come = WALLS and wall_is_before(k, h, key, SOON)
+    may_come = WALLED and wall_is_before(k, h, key, SOON)
     if may_come and (entry.wall < key or (entry.wall == key and kind == PAIR)):
         key = entry.wall
         kind = WALL
-    if PASSING and k.traits[h].leave < key:
+    if PASSINGS and k.traits[h].leave < key:
         key = k.traits[h].leave
         kind = PARTING
     if key != entry.key or kind != entry.kind or kind == PAIR:

@@ -20,6 +20,17 @@ from typing import Any
 
 from kinetile.kernel.chords import lay, span_of
 from kinetile.kernel.compiled import disowned, hook, larger, template, to_be_filled_in
+from kinetile.kernel.features import (
+    ACCELERATIONS,
+    LIVING,
+    PASSINGS,
+    PERIODIC,
+    RESTING,
+    RULES,
+    SHAPES,
+    WALLED,
+    only_with,
+)
 from kinetile.kernel.flight import (
     note_place,
     position_after,
@@ -72,8 +83,6 @@ from kinetile.kernel.tables import (
 FREE = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
-LIVING = WALLS = RULES = PASSING = True
-PERIODIC = SHAPED = BENT = RESTING = False
 enter = leave = ledge = to_be_filled_in
 
 
@@ -89,8 +98,7 @@ def plan_changed(k: Kernel, body: int) -> None:
 def renew_plan(k: Kernel, body: int) -> None:
     """Make void what depends on the old plan of a body that goes on: other entries, and its partings."""
     plan_changed(k, body)
-    if PASSING:
-        plan_partings(k, body)
+    plan_partings(k, body)
 
 
 @hook
@@ -119,7 +127,7 @@ def has_vacancy(k: Kernel, command: Records) -> bool:
     clock = k.clock[0]
     limits = clock.limits
     room = clock.lists.vacant >= 0 or clock.bodies < len(k.bodies)
-    if SHAPED:
+    if SHAPES:
         room = room and k.forms[command.form].fits != 0
     return bool(room and limits.least <= command.radius and command.radius <= limits.widest)
 
@@ -130,11 +138,11 @@ def reaches_into(
 ) -> bool:
     """Whether an inserted body would overlap another one, a body's record or a command's, (dx, dy) away."""
     clock = k.clock[0]
-    if PASSING and k.rules[row_of(clock.kinds, kind, command.kind)].response == PASS:
+    if PASSINGS and k.rules[row_of(clock.kinds, kind, command.kind)].response == PASS:
         return False
     dx, dy = as_anchored(k, dx, dy)  # of its images the nearest
     reach = command.radius + other.radius
-    if SHAPED:
+    if SHAPES:
         meets = not (math.isinf(command.mass) and math.isinf(mass))
         return bool(meets and shapes_overlap(k, command.form, other.form, dx, dy, reach))
     reach -= ROOM * reach
@@ -169,9 +177,9 @@ def wall_beyond(k: Kernel, command: Records) -> int:
     radius = command.radius
     x = command.x
     y = command.y
-    if WALLS and limits.width > 0.0:  # else there is no arena
+    if WALLED and limits.width > 0.0:  # else there is no arena
         left = right = down = up = radius
-        if SHAPED:
+        if SHAPES:
             form = k.forms[command.form]
             left = form.left
             right = form.right
@@ -210,9 +218,9 @@ def take_on(k: Kernel, command: Records) -> int:
     command.x, command.y = as_anchored(k, command.x, command.y)
     command.radius = plan.radius
     command.mass = k.mass[body]
-    if SHAPED:
+    if SHAPES:
         command.form = plan.form
-    if BENT:
+    if ACCELERATIONS:
         command.ax = plan.ax
         command.ay = plan.ay
     if RESTING:
@@ -244,7 +252,7 @@ def blocked_by(k: Kernel, command: Records) -> int:
             there_x, there_y = position_at(k, body, command.tick)
             there_x, there_y = as_anchored(k, there_x, there_y)
             kind = 0
-            if PASSING:
+            if PASSINGS:
                 kind = k.traits[other].kind
             if reaches_into(k, command, there_x - x, there_y - y, body, k.mass[other], kind):
                 found = other if found < 0 else elder(k, found, other)
@@ -324,7 +332,7 @@ def insert_body(k: Kernel, command: Records) -> int:
     if RESTING:
         new.whole_x = command.ax
         new.whole_y = command.ay
-    if BENT:
+    if ACCELERATIONS:
         bend(k, body, command)
         shadow = k.shadows[body]
         shadow.radius = new.radius
@@ -335,12 +343,12 @@ def insert_body(k: Kernel, command: Records) -> int:
         wrap(k, body)
     k.radii[body] = command.radius
     k.mass[body] = command.mass
-    if SHAPED:
+    if SHAPES:
         form = k.forms[command.form]
         new.form = command.form
         reach_as(new, form)
         reach_as(k.sides[body], form)
-        if BENT:
+        if ACCELERATIONS:
             k.shadows[body].form = command.form
             reach_as(k.shadows[body], form)
     entry = k.queue[body]
@@ -403,10 +411,9 @@ def remove_body(k: Kernel, body: int) -> None:
     gone.vy = 0.0
     gone.radius = 0.0
     gone.reach = 0.0
-    if RESTING:
-        let_go(k, body)
-        take_hold(k, body)
-    if BENT:
+    let_go(k, body)
+    take_hold(k, body)
+    if ACCELERATIONS:
         gone.ax = 0.0
         gone.ay = 0.0
         gone.end = NEVER
@@ -424,12 +431,12 @@ def remove_body(k: Kernel, body: int) -> None:
 def must_wait(k: Kernel, command: Records) -> int:
     """Return the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
-    if PASSING and (command.code == INSERTED or command.code == MOVED):
+    if PASSINGS and (command.code == INSERTED or command.code == MOVED):
         most = k.clock[0].present * (MOST_IMAGES if PERIODIC else 1)
         rows += most
         if crowded(k, most):
             return CROWDED
-    if PASSING and (command.code == REMOVED or command.code == MOVED):
+    if PASSINGS and (command.code == REMOVED or command.code == MOVED):
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
         support = slot_of(k, command.body)
@@ -439,6 +446,7 @@ def must_wait(k: Kernel, command: Records) -> int:
     return LOG_FULL if log_is_full(k, rows) else NO_REASON
 
 
+@only_with(RESTING)
 @template
 def foresee_ledge(k: Kernel, body: int) -> None:
     """Compute again when a body leaves its support, after the clock has anchored its plan."""
@@ -466,6 +474,7 @@ def free(k: Kernel, body: int, at: int) -> None:
     log(k, at, body, HELD)
 
 
+@only_with(RESTING)
 @template
 def free_from(k: Kernel, support: int, at: int) -> None:
     """Let all bodies go that a support holds; ``loop.restore`` replans them."""
@@ -484,8 +493,7 @@ def take_out(k: Kernel, s: Any, command: Records) -> None:
     phase's structure, which reads its plan, then from the tables."""
     body = slot_of(k, command.body)
     anchor(k, body, command.tick)
-    if PASSING:
-        end_all_passings(k, body, command.tick)
+    end_all_passings(k, body, command.tick)
     if command.code == REMOVED:
         log(k, command.tick, body, REMOVED)
         k.counts[0].removed += 1
@@ -494,7 +502,7 @@ def take_out(k: Kernel, s: Any, command: Records) -> None:
     k.clock[0].hand = body
     leave(k, s, body)
     remove_body(k, body)
-    if RESTING and command.code == REMOVED:
+    if command.code == REMOVED:
         free_from(k, body, command.tick)
 
 
@@ -508,12 +516,10 @@ def bring_in(k: Kernel, s: Any, command: Records) -> int:
         k.counts[0].inserted += 1
     else:
         k.counts[0].turns += 1
-        if RESTING:
-            free_from(k, body, command.tick)
+        free_from(k, body, command.tick)
     k.clock[0].hand = body
     enter(k, s, body)
-    if PASSING:
-        begin_with_all(k, body, command.tick)
+    begin_with_all(k, body, command.tick)
     return body
 
 
@@ -529,7 +535,7 @@ def change(k: Kernel, body: int, command: Records) -> None:
         _account(k, k.mass[body], gained)
         plan.vx = command.vx
         plan.vy = command.vy
-    if BENT and command.code == ACCELERATED:
+    if ACCELERATIONS and command.code == ACCELERATED:
         before = twice_energy(plan)
         if RESTING:
             plan.whole_x = command.ax
@@ -556,7 +562,7 @@ def carry_out(k: Kernel, s: Any) -> int:
     at = command.tick
     body = slot_of(k, command.body)
     anchor(k, body, at)
-    if RESTING and command.code != REANCHORED:
+    if command.code != REANCHORED:
         let_go(k, body)
     change(k, body, command)
     k.bodies[body].last = NOBODY
@@ -570,7 +576,7 @@ def carry_out(k: Kernel, s: Any) -> int:
     freeing = command.code == TURNED or command.code == OF_KIND
     if RESTING and changed and freeing:
         log(k, at, body, HELD)
-    if RESTING and freeing:
+    if freeing:
         free_from(k, body, at)
     return body
 

@@ -10,6 +10,17 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.features import (
+    ACCELERATIONS,
+    FOREIGN,
+    LIVING,
+    MIXED,
+    PASSINGS,
+    PERIODIC,
+    RESTING,
+    RULES,
+    WALLED,
+)
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
 from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
@@ -46,8 +57,6 @@ from kinetile.kernel.tables import (
     elder,
 )
 
-WALLS = LIVING = RULES = PASSING = True
-PERIODIC = FOREIGN = RESTING = BENT = MIXED = False
 repair = collide = reach_wall = bounce = to_be_filled_in
 
 NOTHING, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
@@ -91,7 +100,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     """
     clock = k.clock[0]
     command = k.commands[clock.lists.command]
-    if PASSING or RESTING:
+    if PASSINGS or RESTING:
         reason = must_wait(k, command)
         if reason != NO_REASON:
             return reason, NOTHING, NOBODY
@@ -99,7 +108,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     blocker = FREE
     if (command.code == INSERTED and command.fits == 0) or command.code == MOVED:
         blocker = blocked_by(k, command)
-    if PASSING and command.code == OF_KIND:
+    if PASSINGS and command.code == OF_KIND:
         blocker = caught_in(k, command)
     if blocker != FREE:
         clock.fault.a = command.body
@@ -123,8 +132,7 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
     k.clock[0].now = larger(k.clock[0].now, at)
     anchor(k, body, at)
     k.bodies[body].last = NOBODY
-    if RESTING:
-        foresee_ledge(k, body)
+    foresee_ledge(k, body)
     renew_plan(k, body)
     log(k, at, body, REANCHORED)
     return REPLAN, body
@@ -143,9 +151,9 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
         return False
     a = h
     b = NOBODY
-    if WALLS and kind == WALL:
+    if WALLED and kind == WALL:
         b = reach_wall(k, k.bodies[h])[1]
-    elif PASSING and kind == PARTING:
+    elif PASSINGS and kind == PARTING:
         pair = find_leave(k, h)
         a = k.passings[pair].b
         b = k.passings[pair].a
@@ -183,14 +191,12 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
-    depth = answer_wall(k, h, wall, at) if RULES or BENT else bounce(k, body, wall)
+    depth = answer_wall(k, h, wall, at) if RULES or ACCELERATIONS else bounce(k, body, wall)
     if FOREIGN and clock.fault.code != 0:
         return NOTHING
     body.last = NOBODY
     k.counts[0].contacts_wall += 1
-    changed = False
-    if RESTING:
-        changed = take_hold(k, h)
+    changed = take_hold(k, h)
     renew_plan(k, h)
     log(k, at, h, wall)
     if RESTING and changed:
@@ -234,7 +240,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     if at < clock.now:
         blame(k, LATE_CONTACT, a, b)
         return NO_REASON, NOTHING, NOBODY, NOBODY
-    if PASSING and passes(k, a, b):
+    if PASSINGS and passes(k, a, b):
         if crowded(k, 1):
             return CROWDED, NOTHING, NOBODY, NOBODY
         clock.now = at
@@ -245,8 +251,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     two = k.bodies[b]
     anchor(k, a, at)
     anchor(k, b, at)
-    if PERIODIC:
-        come_together(k, a, b, h)
+    come_together(k, a, b, h)
     depth = answer(k, a, b, at) if RULES or MIXED else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
         return NO_REASON, NOTHING, NOBODY, NOBODY
@@ -258,10 +263,8 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     one.last = b
     two.last = a
     k.counts[0].contacts_disc += 1
-    one_changed = two_changed = False
-    if RESTING:
-        one_changed = take_hold(k, a)
-        two_changed = take_hold(k, b)
+    one_changed = take_hold(k, a)
+    two_changed = take_hold(k, b)
     renew_plan(k, a)
     renew_plan(k, b)
     log(k, at, a, b)

@@ -1,4 +1,4 @@
-"""Hooks in the place of those that a phase does not have: they do nothing."""
+"""Hooks in the place of those that a phase does not have, which return a value (others: ``NOTHING``)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,6 @@ class NoState(NamedTuple):
 
 @unchecked
 @hook
-def build(k: Kernel, s: NoState) -> None:
-    """There is no structure."""
-
-
-@unchecked
-@hook
 def repair(k: Kernel, s: NoState, body: int) -> int:
     """There is no certificate that could fail."""
     return 0
@@ -29,20 +23,9 @@ def repair(k: Kernel, s: NoState, body: int) -> int:
 
 @unchecked
 @hook
-def enter(k: Kernel, s: NoState, body: int) -> None:
-    """There is no structure that a body could be taken into."""
-
-
-@unchecked
-@hook
-def leave(k: Kernel, s: NoState, body: int) -> None:
-    """There is no structure that a body could be taken out of."""
-
-
-@unchecked
-@hook
-def replan(k: Kernel, s: NoState, body: int) -> None:
-    """There is no certificate that depends on a flight plan."""
+def inside(k: Kernel, body: Records, tick: int) -> bool:
+    """There is no shortcut."""
+    return False
 
 
 @unchecked

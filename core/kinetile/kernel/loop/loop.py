@@ -1,6 +1,6 @@
 """The main loop: take the next event, restore the proof, again (thesis, section 2).
 
-``advance`` is a template. Its hooks, of phases and responses, and its constants (``PAIRS``, ``WALLS``, ...)
+``advance`` is a template. Its hooks, of phases and responses, and its features (``kernel.features``)
 are filled in by ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not
 compiled. The loop cannot raise. It runs until something has to be done outside and returns a reason.
 
@@ -39,6 +39,20 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in, with_shadows
+from kinetile.kernel.features import (
+    ACCELERATIONS,
+    AHEAD,
+    BOUNDS,
+    COMMANDS,
+    LIVING,
+    MIXED,
+    PAIRS,
+    PASSINGS,
+    PERIODIC,
+    RESTING,
+    RULES,
+    WALLED,
+)
 from kinetile.kernel.flight import note_all_places
 from kinetile.kernel.images import await_through
 from kinetile.kernel.loop import (
@@ -90,8 +104,6 @@ from kinetile.kernel.tables import (
     is_there,
 )
 
-AHEAD = PAIRS = WALLS = COMMANDS = LIVING = RULES = PASSING = True
-BENT = MIXED = BOUNDS = PERIODIC = RESTING = False
 build = replan = near = to_be_filled_in
 
 
@@ -158,7 +170,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
     reason, task, a, b = NO_REASON, REFILE, h, NOBODY
     if kind == STRUCTURAL:
         return reason, task, a, b, run_structural(k, s, h, at)
-    if BENT and kind == CHORD:
+    if ACCELERATIONS and kind == CHORD:
         clock.now = larger(clock.now, at)
         k.counts[0].structural += 1
         return reason, REPLAN if MIXED and BOUNDS else RELAY, a, b, 0
@@ -170,14 +182,14 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
         reason, task, a = run_command(k, s, at)
     elif holds_back(k, h, kind, at):
         pass
-    elif PASSING and kind == PARTING:
+    elif PASSINGS and kind == PARTING:
         task, b = run_parting(k, h, at)
     elif RESTING and kind == WALL and leaves_support(k, h):
         clock.now = larger(clock.now, at)
         k.counts[0].structural += 1
         free(k, h, at)
         task = REPLAN
-    elif WALLS and kind == WALL:
+    elif WALLED and kind == WALL:
         task = run_wall_contact(k, h, at)
     elif PAIRS:
         reason, task, a, b = run_contact(k, h, at)
@@ -188,7 +200,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
 def note_origin(k: Kernel, tick: int) -> None:
     """Make a tick the origin from which rows of places count."""
     note_all_places(k, tick)
-    if BENT:
+    if ACCELERATIONS:
         note_all_places(with_shadows(k), tick)
 
 
@@ -236,8 +248,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
         count = newcomers if task == REFILE else refresh(k, s, body, task)
         if PAIRS and count > 0:
             look_at(k, body, count, at)
-        if AHEAD:
-            fetch_ring(k, body)
+        fetch_ring(k, body)
         a = b
         b = NOBODY
         if task == REFRESH_ALL:
@@ -289,11 +300,11 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
     was, because a new plan does not move the body.
     """
     count = 0
-    if PAIRS and (not BENT or task != RELAY) and (not LIVING or is_there(k, body)):
+    if PAIRS and (not ACCELERATIONS or task != RELAY) and (not LIVING or is_there(k, body)):
         forget(k, body)
         k.counts[0].asks += 1
         count = near(k, s, body)
-    if task == REPLAN or (BENT and task == RELAY):
+    if task == REPLAN or (ACCELERATIONS and task == RELAY):
         k.clock[0].hand = body
         replan(k, s, body)
     return count
@@ -312,7 +323,7 @@ def must_return(k: Kernel, contacts: int) -> int:
         return FAULT
     if clock.lists.wanted > 0:
         return NO_ROOM
-    if (RULES or BENT) and clock.limits.faster != 0:
+    if (RULES or ACCELERATIONS) and clock.limits.faster != 0:
         return FASTER
     if stops.due != 0:
         stops.due = 0
@@ -363,17 +374,17 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
         command = k.commands[k.clock[0].lists.command]
         coming.kind = command.code
         coming.a = command.body
-    elif kind >= STRUCTURAL or (BENT and kind == CHORD):
+    elif kind >= STRUCTURAL or (ACCELERATIONS and kind == CHORD):
         coming.kind = larger(kind, STRUCTURAL)
         if RESTING and kind == WALL and leaves_support(k, h):
             coming.kind = STRUCTURAL
         coming.a = k.queue[h].number
         other = k.queue[h].partner
-        if PASSING and kind == PARTING:
+        if PASSINGS and kind == PARTING:
             other = k.passings[find_leave(k, h)].b
         if kind >= PAIR:
             coming.b = k.queue[other].number
-        if PASSING and kind == PAIR and passes(k, h, other):
+        if PASSINGS and kind == PAIR and passes(k, h, other):
             coming.kind = PASSES
 
 
@@ -406,8 +417,7 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     k.clock[0].about = entry.tick
     tick = meeting(k, first, h + other - first)
     k.clock[0].about = NEVER
-    if PERIODIC:
-        await_through(k, h)
+    await_through(k, h)
     if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
         ask_all_exactly(k, s, h, other, tick, at)
         return REFILE, at
@@ -435,14 +445,14 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
         rival = smaller(rival, k.commands[lists.command].tick)
     if PERIODIC:
         rival = smaller(rival, clock.torus.beat)
-    if BENT:
+    if ACCELERATIONS:
         rival = smaller(rival, smaller(k.bodies[h].end, k.bodies[other].end))
-    if PASSING:
+    if PASSINGS:
         rival = smaller(rival, smaller(k.traits[h].leave, k.traits[other].leave))
     return not (
         tick >= smaller(smaller(rival, until), runner_up(k, h, other))
         or budget <= 0
         or log_is_full(k, 3 if RESTING else 1)
-        or (PASSING and crowded(k, 1))
-        or (WALLS and (wall_may_be_before(k, h, tick) or wall_may_be_before(k, other, tick)))
+        or (PASSINGS and crowded(k, 1))
+        or (WALLED and (wall_may_be_before(k, h, tick) or wall_may_be_before(k, other, tick)))
     )

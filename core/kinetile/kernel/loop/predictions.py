@@ -38,6 +38,7 @@ from __future__ import annotations
 from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.features import ACCELERATIONS, BOUNDS, MIXED, PASSINGS, PERIODIC, RESTING
 from kinetile.kernel.images import await_through
 from kinetile.kernel.loop.responses import have_passed, leaves_out
 from kinetile.kernel.passings import passes
@@ -50,8 +51,6 @@ FAR = 2.0**62 + 2.0**20
 MARGIN = 1 << 12
 """Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
 
-BOUNDS = PASSING = True
-PERIODIC = BENT = MIXED = RESTING = False
 near = meet = soonest = to_be_filled_in
 
 
@@ -82,7 +81,7 @@ def not_before(at: int, ticks: float) -> int:
 def look_at(k: Kernel, h: int, count: int, at: int) -> None:
     """Take what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
     entry = k.queue[h]
-    if PASSING and not PERIODIC:
+    if PASSINGS and not PERIODIC:
         count = leaves_out(k, h, count)
     barred = left_out(k, h)
     k.counts[0].asked += count
@@ -122,7 +121,7 @@ def meeting(k: Kernel, a: int, b: int) -> int:
     none."""
     if RESTING and (is_held_by(k, a, b) or is_held_by(k, b, a)):
         return NEVER
-    if PASSING and not (PERIODIC or BENT) and passes(k, a, b):
+    if PASSINGS and not (PERIODIC or ACCELERATIONS) and passes(k, a, b):
         if have_passed(k, a, b):
             return NEVER
         tick = meet(k, a, b)
@@ -149,8 +148,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
             if tick == first and tick != NEVER:
                 sooner = elder(k, other, who) == other  # of two pairs with h, that of the elder comes first
             if sooner:
-                if PERIODIC:
-                    await_through(k, h)
+                await_through(k, h)
                 second = first
                 first = tick
                 who = other
@@ -165,7 +163,7 @@ def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -
     with ``known`` is at a tick. Where bodies are accelerated differently it may have been a guess of two that
     have just met, at once: one more look at the bounds of the others mostly tells."""
     count = near(k, s, h)
-    if PASSING and not PERIODIC:
+    if PASSINGS and not PERIODIC:
         count = leaves_out(k, h, count)
     entry = k.queue[h]
     told = False
@@ -179,8 +177,7 @@ def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -
             second = meeting(k, older, h + other - older)
             if second < tick:
                 first, second, who = second, tick, other
-                if PERIODIC:
-                    await_through(k, h)
+                await_through(k, h)
             soon = rest
         second = smaller(second, not_before(at, soon * per_time))
         told = first < second or second == NEVER

@@ -19,6 +19,17 @@ import math
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.features import (
+    ACCELERATIONS,
+    MIXED,
+    PASSINGS,
+    PERIODIC,
+    RESPONSES,
+    RESTING,
+    RULES,
+    SHAPES,
+    only_with,
+)
 from kinetile.kernel.flight import closing_speed, give, position_at, square_of_speed
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
@@ -42,9 +53,6 @@ ROUNDED = 2.0**-44
 MOST_RESPONSES = 4
 """Hooks of responses that there can be in a loop."""
 
-RESPONSES = 0
-RULES = True
-PERIODIC = SHAPED = RESTING = BENT = MIXED = False
 respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
 collide = touch = bounce = touch_wall = part = gap = ledge = to_be_filled_in
 
@@ -60,7 +68,7 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
     x, y = position_at(k, one, two.anchor)
     dx = two.x - x
     dy = two.y - y
-    if SHAPED:
+    if SHAPES:
         return bool(gap(k, one.form, two.form, dx, dy) < -1e-10 * (one.radius + two.radius))
     reach = (one.radius + two.radius) * (1.0 - 1e-10)
     return bool(dx * dx + dy * dy < reach * reach)
@@ -81,7 +89,7 @@ def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
     one = k.bodies[a]
     two = k.bodies[b]
     reach = one.radius + two.radius
-    if SHAPED:
+    if SHAPES:
         meet = not (math.isinf(k.mass[a]) and math.isinf(k.mass[b]))
         return bool(meet and shapes_overlap(k, one.form, two.form, dx, dy, reach))
     reach *= 1.0 - ROOM
@@ -121,6 +129,7 @@ def _note(k: Kernel, body: int, other: int, tick: int) -> None:
         k.clock[0].limits.faster = 1
 
 
+@only_with(RESTING)
 @template
 def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     """Find out whether one of two bodies that meet, or a body at a wall, may settle on the other (rule 9r),
@@ -168,8 +177,7 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 @template
 def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Call the hook of a rule's response."""
-    if RESTING:
-        consider(k, a, b, nx, ny)
+    consider(k, a, b, nx, ny)
     if RESPONSES > 0 and rule.response == FIRST:
         respond_1(k, a, b, nx, ny, rule)
     if RESPONSES > 1 and rule.response == FIRST + 1:
@@ -180,6 +188,7 @@ def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> 
         respond_4(k, a, b, nx, ny, rule)
 
 
+@only_with(ACCELERATIONS)
 @template
 def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     """Has two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they meet
@@ -233,9 +242,8 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         nx, ny, depth = touch(k, a, b)
     if elastic:
         depth = collide(k, a, b)
-    if RESTING:
-        let_go(k, a)
-        let_go(k, b)
+    let_go(k, a)
+    let_go(k, b)
     if RESPONSES > 0 and not elastic:
         _respond(k, a, b, nx, ny, rule)
     if MIXED and depth == depth:
@@ -256,16 +264,14 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
         rule = k.rules[rule_of(k, a, wall)]
         elastic = RESPONSES == 0 or rule.response == ELASTIC
     nx = ny = depth = 0.0
-    if BENT or not elastic:
+    if ACCELERATIONS or not elastic:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
     if elastic:
         depth = bounce(k, k.bodies[a], wall)
-    if RESTING:
-        let_go(k, a)
+    let_go(k, a)
     if RESPONSES > 0 and not elastic:
         _respond(k, a, wall, nx, ny, rule)
-    if BENT:
-        separate(k, a, wall, nx, ny)
+    separate(k, a, wall, nx, ny)
     k.counts[0].answered_energy += _energy(k, a) - before
     _note(k, a, wall, tick)
     return float(depth)
@@ -350,6 +356,7 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
     k.traits[b].inside -= 1
 
 
+@only_with(PASSINGS)
 @template
 def plan_partings(k: Kernel, body: int) -> None:
     """Compute again when a body with a new plan parts from those that it is passing through."""
@@ -419,6 +426,7 @@ def begin_overlap(k: Kernel, a: int, b: int, tick: int) -> None:
                 begin_passing(k, a, b, tick, m, n)
 
 
+@only_with(PASSINGS)
 @template
 def begin_with_all(k: Kernel, body: int, tick: int) -> None:
     """Begin the passings of a new body with all that it overlaps and passes, the eldest first."""
@@ -438,6 +446,7 @@ def begin_with_all(k: Kernel, body: int, tick: int) -> None:
         settle(k, next_one)
 
 
+@only_with(PASSINGS)
 @template
 def end_all_passings(k: Kernel, body: int, tick: int) -> None:
     """End the passings of a body that is being removed, the eldest first."""

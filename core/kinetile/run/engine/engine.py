@@ -519,8 +519,7 @@ class Engine(Tables):
             return
         begun = int(k.clock[0].lists.passings)
         self.k = layout.more_passings(k, begun + MOST_IMAGES * len(now) + len(k.bodies))
-        parts = {"part": pair.part, "PERIODIC": bool(self.scene.periodic)} | self.composition.of_shapes
-        compose(begin_at_start, parts, "begin", Kernel)(self.k, now)
+        compose(begin_at_start, self.composition.parts(), "begin", Kernel)(self.k, now)
         self.k.clock[0].stops.due = 0  # ``advance`` looks among them for a watched one
 
     # Phases prepared again
@@ -793,8 +792,7 @@ class Engine(Tables):
             # Without an arena the skin grows, and may be refused.
             with Unbroken() if self.bounded else self.unchanged_if(Refused):
                 self.clock.base += quiet * (SPAN // TICKS)
-                parts = {"PERIODIC": bool(scene.periodic)}
-                passing = compose(spans.pass_spans, parts, "pass_spans", Kernel)
+                passing = compose(spans.pass_spans, self.composition.parts(), "pass_spans", Kernel)
                 passing(self.packed[0], quiet)
                 for past in spans.ticks_of(self.k, Quantity.PAST):
                     past[...] = LONG_AGO

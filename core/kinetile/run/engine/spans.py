@@ -19,13 +19,12 @@ import numpy.typing as npt
 
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.compiled import disowned, hook, smaller, template
+from kinetile.kernel.features import PERIODIC
 from kinetile.kernel.flight import plans_now, positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Quantity, column, declared
-
-PERIODIC = False
 
 FEWEST_SPANS = 4
 """The fewest spans that are skipped in one step, after which the structure is built again."""

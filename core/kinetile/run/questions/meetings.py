@@ -19,6 +19,7 @@ from kinetile.kernel.certificates.plans import Plans, plans_of
 from kinetile.kernel.certificates.shapes import enters
 from kinetile.kernel.certificates.walls import reaches
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
+from kinetile.kernel.features import MIXED, PASSINGS, PERIODIC
 from kinetile.kernel.images import discs_touch, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
@@ -239,10 +240,7 @@ def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
     if pair is None:
         return {}
     meets = np.full(len(others), NEVER)
-    parts = {"meet": pair.meet, "PERIODIC": any(query.periods), "PASSING": passing}
-    parts |= {"BENT": query.composition.prepared.bent, "MIXED": query.composition.mixed}
-    parts |= query.composition.of_shapes | query.composition.resting
-    _composed(ticks_of_partners, **parts)(query.aside, a, others, meets)
+    _composed(ticks_of_partners, **query.composition.parts())(query.aside, a, others, meets)
     meets[meets < query.now] = NEVER
     if not passing:
         return {PAIR: meets}
@@ -268,8 +266,7 @@ def waiting(query: Query) -> Ints:
 
 
 def _begin(query: Query, a: int, others: Ints, near: Ints, begins: Ints) -> None:
-    parts = {"PERIODIC": any(query.periods)} | query.composition.of_shapes
-    _composed(beginnings, **parts)(query.aside, a, others, near, begins)
+    _composed(beginnings, **query.composition.parts())(query.aside, a, others, near, begins)
 
 
 def wall_of(query: Query, a: int) -> tuple[int, int]:
@@ -285,7 +282,6 @@ def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
     return compose(template, hooks, "questions", Kernel)
 
 
-PERIODIC = PASSING = MIXED = False
 reach_wall = to_be_filled_in
 
 
@@ -296,7 +292,7 @@ def ticks_of_partners(k: Kernel, body: int, others: Ints, ticks: Ints) -> None:
     for i in range(len(others)):
         other = others[i]
         if other != body and other != barred:
-            if PASSING and not PERIODIC and is_passing(k, body, other, 0, 0):
+            if PASSINGS and not PERIODIC and is_passing(k, body, other, 0, 0):
                 continue
             first = elder(k, body, other)
             ticks[i] = meeting(k, first, body + other - first)

@@ -34,7 +34,7 @@ Point = tuple[float, float]
 MOST_PERIODS = 4096
 """Periods that a ray, a cast disc, or a body seen from another may cross: each image on its way is read."""
 
-AHEAD = 1000
+UNITS_AHEAD = 1000
 """Units of the clock for which contacts are looked for where axes are periodic."""
 
 OLDEST = 4
@@ -71,14 +71,14 @@ class Query:
 
     def ahead(self, velocity: Point = (0.0, 0.0)) -> int:
         """Returns for how many ticks from now contacts are looked for where axes are periodic, of a body with
-        this velocity too: ``AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
+        this velocity too: ``UNITS_AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
         bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].tick) * TICKS
         crossed = 1.0
         for name, own, period in zip(("vx", "vy"), velocity, self.periods, strict=True):
             if period:
                 fastest = float(abs(bodies[name]).max(initial=abs(own)))
                 crossed = max(crossed, 2.0 * fastest * unit / period)
-        return max(min(int(MOST_PERIODS / crossed), AHEAD) * TICKS, FORESEEN)
+        return max(min(int(MOST_PERIODS / crossed), UNITS_AHEAD) * TICKS, FORESEEN)
 
     @cached_property
     def until(self) -> int:

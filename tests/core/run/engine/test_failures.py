@@ -351,8 +351,8 @@ def test_a_dissipative_response_that_gained_energy_went_unremarked(mass):
 
 def test_only_a_response_of_another_plugin_is_checked():
     def respond(rule):
-        parts = compose_phases(lax(*RISING, 0.25, responses={("*", "*"): rule}), "cells", None, None)
-        return parts.rules.parts(None), parts.rules.hooks
+        made = compose_phases(lax(*RISING, 0.25, responses={("*", "*"): rule}), "cells", None, None)
+        return made.parts(), made.rules.hooks
 
     found, hooks = respond("stop")
     assert (found["FOREIGN"], [found["respond_1"], found["respond_2"]]) == (False, [*hooks])

@@ -1,0 +1,71 @@
+"""Features: what a loop is composed with. Each is declared once, here; templates import it by its name.
+
+In a composed loop a feature is a constant, which ``run.compose`` derives from the scene and its phases. What
+is under a test of one that is 0 is not compiled, nor is a call of a function marked ``only_with`` that one.
+Outside of a composed loop a feature has no value. CONTRIBUTING.md has this table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, NoReturn, TypeVar, cast
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Feature(NamedTuple):
+    """What a loop with it does, what of a scene or of its phases sets it, and the words by which
+    ``Simulation.explain()`` names it: "" where it says nothing, as of what changes no answer."""
+
+    name: str
+    does: str
+    set_by: str
+    explained: str
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError(f"{self.name} has a value in a composed loop only")
+
+
+FEATURES: dict[str, Feature] = {}
+
+
+def _of(name: str, does: str, set_by: str, explained: str = "") -> bool:
+    if name in FEATURES:
+        raise TypeError(f"{name} is declared twice")
+    FEATURES[name] = Feature(name, does, set_by, explained)
+    return cast(bool, FEATURES[name])
+
+
+PAIRS = _of("PAIRS", "predicts contacts of pairs", "a narrow phase for pairs", "contacts of two bodies (")
+BOUNDS = _of("BOUNDS", "computes ticks of contacts at the head of the queue only", "`soonest` of that phase")
+WALLED = _of("WALLED", "predicts contacts with walls", "a narrow phase for walls", "walls around")
+PERIODIC = _of("PERIODIC", "counts images, and anchors old plans", "`periodic`", "images: ")
+ACCELERATIONS = _of("ACCELERATIONS", "lays chords", "`gravity` or `acceleration`", "on chords")
+MIXED = _of("MIXED", "lets two that have met meet again", "accelerations that differ", "accelerations up to")
+RESTING = _of("RESTING", "holds bodies on supports", "a response with the option `settle`")
+RULES = _of("RULES", "looks up the rule of a contact", "`responses`", "responses by kind")
+RESPONSES = _of("RESPONSES", "calls hooks of responses: it is their number", "responses that have a hook")
+FOREIGN = _of("FOREIGN", "ends at the fault of a response", "a response of another plugin")
+PASSINGS = _of("PASSINGS", "begins and ends passings", "the response `pass`", "pass, ")
+SHAPES = _of("SHAPES", "computes gaps between shapes", "`shapes`, with commands or the response `pass`")
+COMMANDS = _of("COMMANDS", "runs commands", "`commands`, or the first one by hand", "commands: ")
+LIVING = _of("LIVING", "inserts and removes bodies", "such commands, and `enter` of the broad phase")
+AHEAD = _of("AHEAD", "prefetches what the next events read", "8,192 bodies, and `soon` of the broad phase")
+
+
+def values(**given: Any) -> dict[str, Any]:
+    """Returns the features of a loop; TypeError if one is not given, or is none."""
+    if given.keys() != FEATURES.keys():
+        raise TypeError(f"features set: {sorted(given)}; there are {sorted(FEATURES)}")
+    return given
+
+
+def only_with(feature: bool) -> Callable[[F], F]:
+    """Marks a hook or a template, above ``hook`` or ``template``, that returns nothing: a loop without the
+    feature does not call it."""
+
+    def decorated(function: F) -> F:
+        cast(Any, function).feature = cast(Any, feature).name
+        return function
+
+    return decorated
