@@ -6,7 +6,7 @@ Most have kinds with responses (elastic, restitution, stop, pass, for pairs and 
 of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
 dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
 these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands, ``draw_bent_game`` accelerations to games that may have some, half of them of other shapes."""
+commands, ``draw_accelerated_game`` accelerations to games that may have some, half of them of shapes."""
 
 import math
 import random
@@ -87,15 +87,15 @@ def draw_game_of_shapes(seed: int) -> kt.Scene:
     return _with_end(rng, _with_commands(rng, base, lattice=True))
 
 
-def draw_bent_game(seed: int) -> kt.Scene:
+def draw_accelerated_game(seed: int) -> kt.Scene:
     """Returns a game with gravity along axes that are not periodic, or accelerations of some bodies, or both,
     always the same for a seed. Bodies of infinite mass are pegs, or paddles."""
-    return _bent(random.Random(f"bent game {seed}"), _discs)
+    return _accelerated(random.Random(f"bent game {seed}"), _discs)
 
 
-def draw_bent_game_of_shapes(seed: int) -> kt.Scene:
+def draw_accelerated_game_of_shapes(seed: int) -> kt.Scene:
     """Returns the same of convex shapes, with obstacles among them, always the same for a seed."""
-    return _bent(random.Random(f"bent game of shapes {seed}"), _polygons)
+    return _accelerated(random.Random(f"bent game of shapes {seed}"), _polygons)
 
 
 def draw_resting_game(seed: int) -> kt.Scene:
@@ -103,7 +103,7 @@ def draw_resting_game(seed: int) -> kt.Scene:
     always the same for a seed."""
     rng = random.Random(f"resting game {seed}")
     if rng.random() < 0.15:
-        return _bent(rng, _settling_discs)
+        return _accelerated(rng, _settling_discs)
     while True:
         lattice = rng.random() < 0.6
         base = _platforms(rng, lattice)
@@ -119,7 +119,8 @@ def draw_changing_game(seed: int) -> kt.Scene:
     """Returns a game of any other sort in which bodies change their kinds, always the same for a seed. Some
     pass through what they would meet then: these end."""
     rng = random.Random(f"changing game {seed}")
-    sorts = draw_game, draw_game_of_shapes, draw_bent_game, draw_bent_game_of_shapes, draw_resting_game
+    falling = draw_accelerated_game, draw_accelerated_game_of_shapes, draw_resting_game
+    sorts = draw_game, draw_game_of_shapes, *falling
     while True:
         game = sorts[seed % len(sorts)](rng.randrange(10**6))
         commands, numbers = [*game.commands], len(game) + len(game.commands)
@@ -138,7 +139,7 @@ def draw_moving_game(seed: int) -> kt.Scene:
     """Returns a game of any other sort in which bodies are moved, always the same for a seed. Some go where
     there is no room: these end."""
     rng = random.Random(f"moving game {seed}")
-    sorts = draw_game, draw_game_of_shapes, draw_bent_game, draw_resting_game, draw_changing_game
+    sorts = draw_game, draw_game_of_shapes, draw_accelerated_game, draw_resting_game, draw_changing_game
     while True:
         game = sorts[seed % len(sorts)](5 * rng.randrange(10**5))
         commands, sides, until = [*game.commands], game.arena or (4.0, 4.0), game.settings.until
@@ -174,15 +175,15 @@ def _shaken(rng: random.Random, game: kt.Scene, lattice: bool) -> kt.Scene:
     return game.replace(commands=commands)
 
 
-def _bent(rng: random.Random, draw: Callable[[random.Random, bool], kt.Scene]) -> kt.Scene:
+def _accelerated(rng: random.Random, draw: Callable[[random.Random, bool], kt.Scene]) -> kt.Scene:
     while True:
         lattice = rng.random() < 0.6
         base = draw(rng, lattice)
         axes = rng.choice(base.periodic or ("",))
-        bent = [axis not in axes and rng.random() < 0.7 for axis in "xy"]
-        more = {} if rng.random() < 0.4 else {"acceleration": [_pull(rng, lattice, bent) for _ in base.mass]}
+        falls = [axis not in axes and rng.random() < 0.7 for axis in "xy"]
+        more = {} if rng.random() < 0.4 else {"acceleration": [_pull(rng, lattice, falls) for _ in base.mass]}
         with suppress(SceneError):  # a body is outside of an axis without periods, or on a wall
-            gravity = _pull(rng, lattice, bent) if rng.random() < 0.8 or not more else (0.0, 0.0)
+            gravity = _pull(rng, lattice, falls) if rng.random() < 0.8 or not more else (0.0, 0.0)
             for body in range(len(base)) if more else ():
                 if rng.random() < 0.4 or math.isinf(base.mass[body]):
                     more["acceleration"][body] = (math.nan, math.nan)

@@ -157,7 +157,7 @@ def main(many: int, first: int = 0, kind: str = "") -> int:
     ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):
-        game = games.draw_bent_game(seed) if kind == "bent" else games.draw_game(seed)
+        game = games.draw_accelerated_game(seed) if kind == "bent" else games.draw_game(seed)
         sim, end = with_end(game, most=JAMMED)
         contacts += len(sim.contacts)
         ends[next(iter(end), "jam")] += 1

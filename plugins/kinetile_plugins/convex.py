@@ -78,8 +78,8 @@ from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
     PLACES,
+    accelerated_ways,
     before_other_images,
-    bent_ways,
     chords,
     circles_meet,
     merged,
@@ -605,7 +605,7 @@ def corner_stays(
 
 
 @hook
-def not_before_bent(f: Numbers, row: int, fat: float, span: float, doubt: float, way: Way) -> float:
+def not_before_accelerated(f: Numbers, row: int, fat: float, span: float, doubt: float, way: Way) -> float:
     """Returns a bound below the time until a place enters a difference, fattened, on a bent way, up
     to a span of time.
 
@@ -652,10 +652,10 @@ def not_before_bent(f: Numbers, row: int, fat: float, span: float, doubt: float,
 
 @unchecked
 @hook
-def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
     """As ``soonest``, of bodies with accelerations, up to the end of the chord of either, as in
-    ``disc.soonest_bent``: of what is later nothing is said. By upright boxes first, eight at a time, on the
-    chords of relative ways."""
+    ``disc.soonest_accelerated``: of what is later nothing is said. By upright boxes first, eight at a time,
+    on the chords of relative ways."""
     limits = k.clock[0].limits
     fill(k.near, count, body)
     one = k.places[body]
@@ -668,7 +668,7 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     rest = math.inf
     who = NOBODY
     for start in range(0, count, LANES):
-        dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
+        dx, dy, vx, vy, bx, by, span = accelerated_ways(k, body, start, at)
         h, cx, cy, sagitta, _ = chords(vx, vy, bx, by, span)
         delay, leaves = boxes_overlap(k, body, start, spread(fat) + sagitta, dx, dy, cx, cy)
         delay = choose(delay > zero, delay, zero)
@@ -686,7 +686,7 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
                 speeds = own_speed + abs(two.vx) + abs(two.vy)
                 doubt = 2.0**-45 * (speeds + bends * (abs(since_origin(k, at)) + until))
                 way = (lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), lane(bx, i), lane(by, i))
-                wait = larger(lane(delay, i), not_before_bent(k.numbers, row, fat, until, doubt, way))
+                wait = larger(lane(delay, i), not_before_accelerated(k.numbers, row, fat, until, doubt, way))
                 if wait <= lane(span * more + room, i):
                     rest = smaller(rest, larger(soon, wait))
                     who = int(other) if wait < soon else who
@@ -709,7 +709,7 @@ class Convex:
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
         periodic, bent = bool(scene.periodic), scene.bent
-        bounds = bounds if scene.uniform else soonest_bent
+        bounds = bounds if scene.uniform else soonest_accelerated
         return PairParts(
             meet=meet_images if periodic else meet,
             collide=collide_images if periodic else collide,

@@ -96,9 +96,9 @@ from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
     PLACES,
+    accelerated_ways,
     alone,
     before_other_images,
-    bent_ways,
     chords,
     circles_meet,
     merged,
@@ -308,7 +308,7 @@ def until_reach(d: Pair, v: Pair, b: Pair, reach: Floats, fat: Floats, pulls: Fl
 
 @unchecked
 @hook
-def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
+def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
     """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either:
     then one of the two is looked at again, so of what is later nothing is said.
 
@@ -333,7 +333,7 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
         first = never
         second = never
         while True:
-            dx, dy, vx, vy, bx, by, span = bent_ways(k, body, start, at)
+            dx, dy, vx, vy, bx, by, span = accelerated_ways(k, body, start, at)
             _, cx, cy, sagitta, pulls = chords(vx, vy, bx, by, span)
             reach = pick(k.radii, k.near, start) + own
             wide = reach + sagitta
@@ -358,7 +358,7 @@ def soonest_bent(k: Kernel, body: int, count: int, barred: int, at: int) -> tupl
     return soon, rest if rest < NONE else math.inf, who
 
 
-soonest_of_bent_images = with_constants([soonest_bent], PERIODIC=True)["soonest_bent"]
+soonest_of_accelerated_images = with_constants([soonest_accelerated], PERIODIC=True)["soonest_accelerated"]
 
 
 @hook
@@ -472,7 +472,7 @@ class Disc:
         alike = are_alike(scene) and scene.uniform and not (self.general or periodic or shapes)
         bounds = soonest_of_equals if alike else soonest_of_images if periodic else soonest
         if not scene.uniform:
-            bounds = soonest_of_bent_images if periodic else soonest_bent
+            bounds = soonest_of_accelerated_images if periodic else soonest_accelerated
         return PairParts(
             meet=MEETS[periodic, shapes],
             collide=collide_images if periodic else collide_equals if alike else collide,

@@ -181,7 +181,7 @@ def ways(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, Flo
 
 
 @hook
-def bent_ways(
+def accelerated_ways(
     k: Kernel, body: int, start: int, at: int
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
     """Returns how eight bodies with accelerations, from a place in ``k.near`` on, are apart from another one

@@ -6,7 +6,7 @@ again only when the plan changes, so no broad phase depends on walls.
 As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
 contact. In a corner the first wall of left, right, bottom, top counts; the other follows at the same tick.
 
-A body that is accelerated along an axis may reach either wall at its ends: ``BENT`` has the hooks for these.
+A body that is accelerated along an axis may reach either wall at its ends: ``ACCELERATED`` has the hooks.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 
 @unchecked
 @hook
-def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
+def reach_accelerated(k: Kernel, body: Records) -> tuple[int, int]:
     """Returns (tick, wall) of the first contact; of several the first of left, right, bottom, top."""
     clock = k.clock[0]
     limits = clock.limits
@@ -161,7 +161,9 @@ def reach_bent(k: Kernel, body: Records) -> tuple[int, int]:
     return tick, wall
 
 
-BENT = WallParts(reach_bent, bounce, touch, periodic=True, inside=inside_bent, shapes=True, bent=True)
+ACCELERATED = WallParts(
+    reach_accelerated, bounce, touch, periodic=True, inside=inside_bent, shapes=True, bent=True
+)
 """The parts for a scene with accelerations."""
 
 
@@ -185,7 +187,7 @@ class Wall:
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        return BENT if scene.bent else _parts(WALLS[scene.periodic])
+        return ACCELERATED if scene.bent else _parts(WALLS[scene.periodic])
 
 
 def _parts(reach: Callable[[Kernel, Records], tuple[int, int]]) -> WallParts:

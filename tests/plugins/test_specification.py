@@ -37,7 +37,7 @@ CLAUSES = {
 }
 OF_PAIRS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0, mass=[1.0, 2.0]))
 OF_EQUALS = Disc().prepare(kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0)] * 2, 1.0))
-BENT = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0), gravity=(0.0, -1.0))
+ACCELERATED = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0), gravity=(0.0, -1.0))
 OF_ONE = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0))
 
 
@@ -47,14 +47,14 @@ def rows(name: str) -> list[Any]:
     return [[family, *row] for family, questions in families.items() for row in questions]
 
 
-def tables(plans: list[list[str]], bent: bool = False) -> Kernel:
-    k = allocate(len(plans), near=0, log_rows=0, bent=bent)
+def tables(plans: list[list[str]], accelerated: bool = False) -> Kernel:
+    k = allocate(len(plans), near=0, log_rows=0, bent=accelerated)
     for body, (*numbers, anchor), pull in zip(
         k.bodies, (plan[:6] for plan in plans), (plan[6:] for plan in plans), strict=True
     ):
         body.x, body.y, body.vx, body.vy, body.radius = doubles(numbers)
         body.anchor = int(anchor)
-        if bent:
+        if accelerated:
             body.ax, body.ay = doubles(pull)
     k.bodies.last = -1
     k.clock[0].about = NEVER
@@ -135,17 +135,17 @@ def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> No
     for i, (_, _, met, *_) in enumerate(questions):
         if met:
             k.bodies[2 * i].last, k.bodies[2 * i + 1].last = 2 * i + 1, 2 * i
-    check_meetings(k, questions, Disc().prepare(BENT).meet)
+    check_meetings(k, questions, Disc().prepare(ACCELERATED).meet)
 
 
-@pytest.mark.parametrize("bent", [False, True])
-def test_bodies_reach_the_wall_of_the_rule_at_its_tick(bent: bool) -> None:
-    questions = [row for row in rows("walls") if (len(row[3]) == 8) == bent]
+@pytest.mark.parametrize("accelerated", [False, True])
+def test_bodies_reach_the_wall_of_the_rule_at_its_tick(accelerated: bool) -> None:
+    questions = [row for row in rows("walls") if (len(row[3]) == 8) == accelerated]
     questions = questions[:: 4 if NOTHING_IS_COMPILED else 1]
-    k = tables([plan for *_, plan, _ in questions], bent)
+    k = tables([plan for *_, plan, _ in questions], accelerated)
     sides = np.array([doubles(q[2]) for q in questions])
     found = np.zeros((len(questions), 2), dtype=np.int64)
-    hook = Wall().prepare(BENT if bent else OF_ONE).reach_wall
+    hook = Wall().prepare(ACCELERATED if accelerated else OF_ONE).reach_wall
     with np.errstate(all="ignore"):
         asking = compose(reach_all, {"reach_wall": hook}, "vectors", Kernel)
         asking(k, ticks([q[1] for q in questions]), sides, found)
@@ -157,11 +157,11 @@ def test_bodies_reach_the_wall_of_the_rule_at_its_tick(bent: bool) -> None:
     assert not wrong, differing(wrong, len(found))
 
 
-@pytest.mark.parametrize("bent", [False, True])
-def test_an_anchored_plan_is_where_the_rule_has_it(bent: bool) -> None:
-    questions = rows("accelerated_places" if bent else "places")
-    plans = [plan if bent else [*plan, "0x0p+0", anchor[0]] for _, _, plan, *anchor, _, _ in questions]
-    k = tables(plans, bent)
+@pytest.mark.parametrize("accelerated", [False, True])
+def test_an_anchored_plan_is_where_the_rule_has_it(accelerated: bool) -> None:
+    questions = rows("accelerated_places" if accelerated else "places")
+    plans = [plan if accelerated else [*plan, "0x0p+0", anchor[0]] for _, _, plan, *anchor, _, _ in questions]
+    k = tables(plans, accelerated)
     at = np.array([int(tick) for *_, tick, _ in questions])
     compose(anchor_all, {}, "vectors", Kernel)(k, ticks([q[1] for q in questions]), at)
     assert np.array_equal(k.bodies.anchor, at)

@@ -36,7 +36,7 @@ export class Run {
     this.shaped = scene.shaped;
     this.e = unit(scene);
     this.q = tickLength(this.e);
-    this.bent = largest([...bodies, ...commands], scene.gravity).some((most) => most > 0);
+    this.accelerated = largest([...bodies, ...commands], scene.gravity).some((most) => most > 0);
     const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
     this.alike = masses.every((m) => m === masses[0]);
     this.commands = inOrder(commands, start, this.q, bodies.length);
@@ -227,7 +227,7 @@ export class Run {
       const k = this.share(response, C);
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
-      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.bent && this.scene.responses.some(({ w }) => w > 0));
+      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.accelerated && this.scene.responses.some(({ w }) => w > 0));
       const isHop = least !== null && speedAlong(one, two, normal) < least;
       if (isHop) all = exchange(one, two, a.m, b.m, this.alike, normal, 0.5 * (speedAlong(one, two, normal) - least));
       const [vxa, vya, vxb, vyb] = all;
@@ -245,7 +245,7 @@ export class Run {
 
   /** The k of a response now, C being the tick of the last contact; null where bodies come to rest. */
   share(response, C) {
-    return response.name === "stop" ? softened(this.now, C, this.q, this.bent) : returned(response, this.now, C, this.q);
+    return response.name === "stop" ? softened(this.now, C, this.q, this.accelerated) : returned(response, this.now, C, this.q);
   }
 
   /** Ends what holds a body, which gets its whole acceleration, and returns its plan (rule 9h). */

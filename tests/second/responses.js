@@ -59,9 +59,9 @@ export function returned({ name, e, t }, T, C, q) {
   return name !== "restitution" || nearest(whole(T - C)) * q <= t ? 1 : e;
 }
 
-/** The same of a response that stops, or null if that brings bodies to rest; `bent`: with accelerations (rule 11h). */
-export function softened(T, C, q, bent) {
-  return bent && nearest(whole(T - C)) * q <= 2 ** 37 * q ? 0 : null;
+/** The same of a response that stops, or null if that brings bodies to rest; `accelerated`: with accelerations (rule 11h). */
+export function softened(T, C, q, accelerated) {
+  return accelerated && nearest(whole(T - C)) * q <= 2 ** 37 * q ? 0 : null;
 }
 
 /** The velocity [vx, vy] of a body after it has met a wall. */

@@ -145,7 +145,9 @@ def test_it_plays_a_game_as_kinetile_does(draw: Callable[[int], kt.Scene], seed:
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [games.draw_bent_game, games.draw_changing_game, games.draw_moving_game])
+@pytest.mark.parametrize(
+    "draw", [games.draw_accelerated_game, games.draw_changing_game, games.draw_moving_game]
+)
 @pytest.mark.parametrize("seed", first(1, range(200)))
 def test_a_game_is_one_in_both_and_under_another_phase_and_is_certified(
     draw: Callable[[int], kt.Scene], seed: int, tmp_path: Path
@@ -167,7 +169,7 @@ def test_a_game_is_one_in_both_and_under_another_phase_and_is_certified(
 def test_a_game_of_accelerated_shapes_is_one_in_both_and_by_the_rules(
     seed: int, most: int, tmp_path: Path
 ) -> None:
-    game = games.draw_bent_game_of_shapes(seed)
+    game = games.draw_accelerated_game_of_shapes(seed)
     rows, _, fingerprint = second_list(game_tables(game, tmp_path), tmp_path, most)
     ticks = [((epoch << 52) + tick, a, b) for epoch, tick, a, b in rows]
     assert ticks == by_the_rules.answer_of_game(game, most)

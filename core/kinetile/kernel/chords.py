@@ -85,18 +85,18 @@ def lay_all(k: Kernel, skin: float, margin: float) -> None:
     shadows["reach"] = bodies["radius"] + skin
     pull = abs(bodies["ax"]) + abs(bodies["ay"])
     whole = abs(whole_pulls(k, np.arange(len(bodies)))).sum(axis=1)
-    bent = np.flatnonzero(whole)  # what is held has no chord, and its span for later
-    ticks = np.sqrt(2.0 * margin / whole[bent]) * float(clock.per_time) * (1.0 - 2.0**-20)
-    bodies["span"][bent] = np.minimum(ticks, float(MOST_SPAN)).astype(np.int64)
+    accelerated = np.flatnonzero(whole)  # what is held has no chord, and its span for later
+    ticks = np.sqrt(2.0 * margin / whole[accelerated]) * float(clock.per_time) * (1.0 - 2.0**-20)
+    bodies["span"][accelerated] = np.minimum(ticks, float(MOST_SPAN)).astype(np.int64)
     bodies["end"] = NEVER
-    bent = np.flatnonzero(pull)
-    bodies["end"][bent] = int(clock.now) + bodies["span"][bent]
-    plans, elapsed = plans_now(k, bent)
-    here, time = positions_after(plans, elapsed), bodies["span"][bent] * float(clock.tick)
+    accelerated = np.flatnonzero(pull)
+    bodies["end"][accelerated] = int(clock.now) + bodies["span"][accelerated]
+    plans, elapsed = plans_now(k, accelerated)
+    here, time = positions_after(plans, elapsed), bodies["span"][accelerated] * float(clock.tick)
     way = positions_after(plans, elapsed + time) - here
     for name, column in zip(Plan._fields, [*here.T, *(way.T / time)], strict=True):
-        shadows[name][bent] = column
-    shadows["anchor"][bent] = clock.now
+        shadows[name][accelerated] = column
+    shadows["anchor"][accelerated] = clock.now
 
 
 @cache

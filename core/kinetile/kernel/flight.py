@@ -18,12 +18,12 @@ import numpy.typing as npt
 
 from kinetile.kernel import plan
 from kinetile.kernel.compiled import hook, with_accelerations, with_field
-from kinetile.kernel.plan import BentPlan, Plan, positions_after
+from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel, Records
 from kinetile.kernel.vectors import product_error, put_place
 
-position_after = with_accelerations(hook(plan.bent_position_after))(hook(plan.position_after))
-velocity_after = with_accelerations(hook(plan.bent_velocity_after))(hook(plan.velocity_after))
+position_after = with_accelerations(hook(plan.accelerated_position_after))(hook(plan.position_after))
+velocity_after = with_accelerations(hook(plan.accelerated_velocity_after))(hook(plan.velocity_after))
 
 
 @hook
@@ -119,7 +119,7 @@ def note_all_places(k: Kernel, tick: int) -> None:
 
 def plans_now(
     k: Kernel, slots: npt.NDArray[np.int64] | None = None
-) -> tuple[Plan | BentPlan, npt.NDArray[np.float64]]:
+) -> tuple[Plan | AcceleratedPlan, npt.NDArray[np.float64]]:
     """Returns the plans of all bodies, or of those in the slots given, and the times since their anchors."""
     clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
     if slots is not None:

@@ -26,9 +26,9 @@ class Plan(NamedTuple):
     vy: Any
 
     @staticmethod
-    def of(rows: Any) -> Plan | BentPlan:
-        """Returns the plans in rows with these fields, or with those of a ``BentPlan``."""
-        kind = BentPlan if "ax" in rows.dtype.names else Plan
+    def of(rows: Any) -> Plan | AcceleratedPlan:
+        """Returns the plans in rows with these fields, or with those of an ``AcceleratedPlan``."""
+        kind = AcceleratedPlan if "ax" in rows.dtype.names else Plan
         return kind(*(rows[name] for name in kind._fields))
 
     @classmethod
@@ -37,7 +37,7 @@ class Plan(NamedTuple):
         return cls(place[..., 0], place[..., 1], velocity[..., 0], velocity[..., 1])
 
 
-class BentPlan(NamedTuple):
+class AcceleratedPlan(NamedTuple):
     """The same with an acceleration."""
 
     x: Any
@@ -63,26 +63,28 @@ def velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
     return plan.vx, plan.vy
 
 
-def bent_position_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
+def accelerated_position_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
     """Returns the same of a plan with an acceleration."""
     square = elapsed * elapsed
     x = plan.x + (plan.vx * elapsed + (0.5 * plan.ax) * square)
     return x, plan.y + (plan.vy * elapsed + (0.5 * plan.ay) * square)
 
 
-def bent_velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
+def accelerated_velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
     """Returns the same of a plan with an acceleration."""
     return plan.vx + plan.ax * elapsed, plan.vy + plan.ay * elapsed
 
 
-def positions_after(plans: Plan | BentPlan, elapsed: Any) -> npt.NDArray[np.float64]:
+def positions_after(plans: Plan | AcceleratedPlan, elapsed: Any) -> npt.NDArray[np.float64]:
     """Returns (..., 2) where plans have their bodies, times (...) after their anchors; not for hooks."""
-    return _stacked(*(bent_position_after if isinstance(plans, BentPlan) else position_after)(plans, elapsed))
+    after = accelerated_position_after if isinstance(plans, AcceleratedPlan) else position_after
+    return _stacked(*after(plans, elapsed))
 
 
-def velocities_after(plans: Plan | BentPlan, elapsed: Any) -> npt.NDArray[np.float64]:
+def velocities_after(plans: Plan | AcceleratedPlan, elapsed: Any) -> npt.NDArray[np.float64]:
     """Returns (..., 2) velocities by plans, times (...) after their anchors; not for hooks."""
-    return _stacked(*(bent_velocity_after if isinstance(plans, BentPlan) else velocity_after)(plans, elapsed))
+    after = accelerated_velocity_after if isinstance(plans, AcceleratedPlan) else velocity_after
+    return _stacked(*after(plans, elapsed))
 
 
 def _stacked(x: Any, y: Any) -> npt.NDArray[np.float64]:

@@ -146,15 +146,15 @@ SHAPED = record(
 )
 """A body where not all are discs. Its ``radius`` is that of the circle that holds it."""
 
-BENT = (
+PULLS = (
     ("ax ay", "f8", VALUE, CARRIED),
     ("end", "i8", DUE, DERIVED),  # of the present chord (``kernel.chords``), or NEVER: it is no chord
     ("span", "i8", COUNT, DERIVED),  # how many ticks a chord of this acceleration lasts
 )
-BENT_BODY = record(*declared(BODY), *BENT)
+ACCELERATED_BODY = record(*declared(BODY), *PULLS)
 """A body where some are accelerated."""
 
-BENT_SHAPED = record(*declared(SHAPED), *BENT)
+ACCELERATED_SHAPED = record(*declared(SHAPED), *PULLS)
 
 RESTS = (
     ("whole_x whole_y", "f8", VALUE, CARRIED),  # the acceleration; ax and ay are the present one
@@ -167,10 +167,10 @@ RESTS = (
     ("may", "i4", VALUE, DERIVED),  # whether it may settle at this contact (``kernel.rest``)
     ("freed", "i4", SLOT, DERIVED),  # the next one in the list of those that a support has let go
 )
-RESTING_BODY = record(*declared(BENT_BODY), *RESTS)
+RESTING_BODY = record(*declared(ACCELERATED_BODY), *RESTS)
 """A body where some may rest on supports."""
 
-RESTING_SHAPED = record(*declared(BENT_SHAPED), *RESTS)
+RESTING_SHAPED = record(*declared(ACCELERATED_SHAPED), *RESTS)
 
 ENTRY = record(
     ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under: the first of the next three
@@ -475,7 +475,7 @@ def allocate(
     ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
     ``shaped``: not all are discs; ``bent``: some are accelerated, and may rest if ``resting``."""
     seen = SHAPED if shaped else BODY
-    own = (BENT_SHAPED if shaped else BENT_BODY) if bent else seen
+    own = (ACCELERATED_SHAPED if shaped else ACCELERATED_BODY) if bent else seen
     if resting:
         own = RESTING_SHAPED if shaped else RESTING_BODY
     per_body = 4 if bodies < MANY else 8

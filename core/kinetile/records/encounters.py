@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetile.errors import answering
-from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
+from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after, velocities_after
 from kinetile.records.trajectory import Trajectory, gap
 from kinetile.run.flights import Flights
 
@@ -72,12 +72,12 @@ class _Places:
         rows = self.trajectory.rows
         return float(rows["time"][row]) if row < len(rows) else self.trajectory.end
 
-    def apart(self, a: int, b: int, row: int) -> Plan | BentPlan:
+    def apart(self, a: int, b: int, row: int) -> Plan | AcceleratedPlan:
         """Returns the plan of b seen from a, from a row on, without the periods of periodic axes."""
         plans = self.trajectory.plans_after(row, (a, b))
         place = np.diff(plans.places + plans.images * self.periods, axis=0)[0]
         velocity = np.diff(velocities_after(plans.plan, plans.elapsed), axis=0)[0]
-        return BentPlan(*place, *velocity, *np.diff(plans.acceleration, axis=0)[0])
+        return AcceleratedPlan(*place, *velocity, *np.diff(plans.acceleration, axis=0)[0])
 
 
 class _Encounter:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, MOVED, REANCHORED, REMOVED, TURNED
-from kinetile.kernel.plan import BentPlan, Plan, positions_after, velocities_after
+from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after, velocities_after
 from kinetile.records.bounded import ticks_of
 from kinetile.records.reading import EventFile, read_with_scene
 from kinetile.run.flights import Flights
@@ -38,7 +38,7 @@ class PlansAt(NamedTuple):
     periods that were taken off the anchors (n, 2), and their accelerations (n, 2)."""
 
     bodies: NDArray[np.int64]
-    plan: Plan | BentPlan
+    plan: Plan | AcceleratedPlan
     elapsed: NDArray[np.float64]
     images: NDArray[np.float64]
     acceleration: NDArray[np.float64]
@@ -142,9 +142,9 @@ class Trajectory:
         begin = first_accelerations(self.scene, self._numbers)
         return begin, self._flights.accelerations(begin)
 
-    def _plan(self, place: Any, velocity: Any, acceleration: Any) -> Plan | BentPlan:
+    def _plan(self, place: Any, velocity: Any, acceleration: Any) -> Plan | AcceleratedPlan:
         plan = Plan.of_vectors(place, velocity)
-        return BentPlan(*plan, *acceleration.T) if acceleration.any() else plan
+        return AcceleratedPlan(*plan, *acceleration.T) if acceleration.any() else plan
 
     @cached_property
     def _images(self) -> NDArray[np.float64]:

@@ -464,8 +464,8 @@ def read_insertions(
     fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
     for at in np.flatnonzero(~fine).tolist():
         read(at)
-    bent = any(scene.bent for scene in scenes)
-    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if bent else ():
+    accelerated = any(scene.bent for scene in scenes)
+    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if accelerated else ():
         read(at)
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))

@@ -420,7 +420,7 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     if scene.periodic:
         _demand_periodic(scene, (name, broad), given)
     if scene.bent:
-        _demand_bent(given)
+        _demand_accelerations(given)
     walled = scene.arena is not None and wall is not None
     open_walls = scene.arena is not None and wall is None and scene.periodic != "xy"
     if open_walls and (pair is not None or scene.bent):
@@ -450,7 +450,7 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -
     return found
 
 
-def _demand_bent(narrow: Mapping[str, PairParts | WallParts]) -> None:
+def _demand_accelerations(narrow: Mapping[str, PairParts | WallParts]) -> None:
     for name, parts in narrow.items():
         if not parts.bent or parts.touch is None:
             lacks = "does not know accelerations (bent=True)"

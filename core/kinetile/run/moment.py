@@ -13,7 +13,7 @@ import numpy.typing as npt
 from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
-from kinetile.kernel.plan import BentPlan, velocities_after
+from kinetile.kernel.plan import AcceleratedPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene, SetKind
@@ -84,7 +84,7 @@ class Moment:
     def accelerations(self) -> npt.NDArray[np.float64]:
         """Returns the accelerations, (n, 2), in the order of ``bodies``: what is left where one is held."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
-        if isinstance(plans, BentPlan):
+        if isinstance(plans, AcceleratedPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)
         return np.zeros((len(self.bodies), 2))
 

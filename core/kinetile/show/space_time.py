@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetile.errors import BadOption
 from kinetile.kernel.log import REMOVED
-from kinetile.kernel.plan import BentPlan, Plan, positions_after
+from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
 from kinetile.records.bounded import BoundedRows, TooManyRows
 from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
@@ -84,7 +84,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
         raise BadOption(f"the axis of space and time is {axis!r}; expected x or y")
     which, begin, scene = "xy".index(axis), sim.time, sim.scene
     present = sim.bodies, np.column_stack([sim.positions(), sim.velocities(), sim.accelerations()])
-    going = {int(body): (begin, BentPlan(*plan.tolist())) for body, plan in zip(*present, strict=True)}
+    going = {int(body): (begin, AcceleratedPlan(*plan.tolist())) for body, plan in zip(*present, strict=True)}
     parts = PARTS if sim.pull[which] else 1
     rows = BoundedRows(MOST_PIECES // parts, scene)
     try:
@@ -111,7 +111,7 @@ def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime
         if body in going:
             close(body, time)
         if not is_end:
-            going[body] = time, BentPlan(*numbers)
+            going[body] = time, AcceleratedPlan(*numbers)
     for body in sorted(going):
         close(body, sim.time)
     reaches = _reaches(scene, which, 1 + max((piece.body for piece in pieces), default=-1))

@@ -8,7 +8,7 @@ import kinetile as kt
 from messages import table
 
 STILL = {"velocity": [[0.0, 0.0]], "radius": 0.1}
-BENT = {**STILL, "arena": (4.0, 4.0), "gravity": (0.0, -1.0)}
+ACCELERATED = {**STILL, "arena": (4.0, 4.0), "gravity": (0.0, -1.0)}
 ONE = kt.Scene([[0.0, 0.0]], **STILL, start=1.0)
 TOUCHING = {"velocity": np.zeros((2, 2)), "radius": 0.1, "arena": (1.0, 1.0)}
 TWO = {"position": [[0.0, 0.0], [5.0, 0.0]], "velocity": np.zeros((2, 2)), "radius": 1.0}

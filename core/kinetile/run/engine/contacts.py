@@ -220,13 +220,13 @@ class Ledger:
             else:
                 self._digest.update(met.view(np.uint8).data)
         if written:
-            long, bent = np.frombuffer(k.log, ROW, written), "ax" in (k.bodies.dtype.names or ())
+            long, accelerated = np.frombuffer(k.log, ROW, written), "ax" in (k.bodies.dtype.names or ())
             if self._recorder is not None:
-                self._recorder(_rows(long, self._clock, bent))
+                self._recorder(_rows(long, self._clock, accelerated))
             elif self.holds_rows:
-                self._held.append((long.tobytes(), self._clock.base, bent))
+                self._held.append((long.tobytes(), self._clock.base, accelerated))
             if self._observer is not None:
-                self._observer(_rows(long, self._clock, bent))
+                self._observer(_rows(long, self._clock, accelerated))
         else:  # these contacts are missing: what waits for a recorder is no beginning of theirs
             self._unrecorded, self._held = [], []
         if logged and self._counter is not None:
@@ -265,8 +265,9 @@ class Ledger:
 
     def _that_wait(self) -> list[npt.NDArray[np.void]]:
         aside, self._held = self._held, []
-        for rows, base, bent in aside:
-            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), replace(self._clock, base=base), bent))
+        for rows, base, accelerated in aside:
+            clock = replace(self._clock, base=base)
+            self._unrecorded.append(_rows(np.frombuffer(rows, ROW), clock, accelerated))
         return self._unrecorded
 
 
@@ -281,7 +282,7 @@ def _kept(met: Any, kept: Any) -> tuple[int, Any]:
     return first, kept
 
 
-def _rows(written: Any, clock: Clock, bent: bool) -> npt.NDArray[np.void]:
+def _rows(written: Any, clock: Clock, accelerated: bool) -> npt.NDArray[np.void]:
     """Returns the log rows, with NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])
@@ -289,7 +290,7 @@ def _rows(written: Any, clock: Clock, bent: bool) -> npt.NDArray[np.void]:
     for name in Plan._fields:
         rows[f"a{name}"] = written[f"a{name}"]
         has = written["b"] >= 0
-        if bent and name in "xy":
+        if accelerated and name in "xy":
             has |= np.isin(written["b"], (INSERTED, ACCELERATED, HELD, MOVED))
         rows[f"b{name}"] = np.where(has, written[f"b{name}"], np.nan)
     return rows

@@ -25,8 +25,8 @@ from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
 from kinetile.kernel.passings import is_passing
 from kinetile.kernel.tables import (
-    BENT_BODY,
-    BENT_SHAPED,
+    ACCELERATED_BODY,
+    ACCELERATED_SHAPED,
     BODY,
     IMAGE,
     NEVER,
@@ -110,8 +110,8 @@ def cast(
     """Returns what ``Simulation.cast`` does: the body of the hit is a slot, or of ``walls`` a wall."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
-    bent = query.composition.prepared.bent or any(pull)
-    k = _with_body(query, centre, outline, velocity, pull if bent else None)
+    accelerated = query.composition.prepared.bent or any(pull)
+    k = _with_body(query, centre, outline, velocity, pull if accelerated else None)
     meet = first_disc if discs else first_shape
     if any(query.periods):
         meet = first_image if discs else first_shape_image
@@ -166,8 +166,8 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
-    bent_row, row = (BENT_SHAPED, SHAPED) if shaped else (BENT_BODY, BODY)
-    bodies = record_table(row if pull is None else bent_row, n + 1)
+    accelerated_row, row = (ACCELERATED_SHAPED, SHAPED) if shaped else (ACCELERATED_BODY, BODY)
+    bodies = record_table(row if pull is None else accelerated_row, n + 1)
     images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
     images[: len(k.images)] = k.images
     for name in {*k.bodies.dtype.names} & {*bodies.dtype.names}:  # what holds them is of no use

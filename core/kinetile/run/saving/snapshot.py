@@ -16,7 +16,7 @@ import numpy as np
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
-from kinetile.kernel.plan import BentPlan, Plan, positions_after
+from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMS, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
 from kinetile.run.engine.bounds import unfit_pull
@@ -191,7 +191,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     if not (speed <= state.bounds.speed * (1.0 + 2.0**-20)).all() or not state.bounds.speed < math.inf:
         yield "a body is faster than the run allows for"
     elapsed = (now - plans["anchor"]) * (scene.time_unit / TICKS)
-    sizes = BentPlan(*map(np.abs, Plan.of(plans)))
+    sizes = AcceleratedPlan(*map(np.abs, Plan.of(plans)))
     if not (positions_after(sizes, np.abs(elapsed)) <= 2.0**16 * LARGEST).all():
         yield "a body is farther away than any body can be"
     radius = plans["radius"]

@@ -69,7 +69,7 @@ class Page:
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
         bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
         # A command by hand may be the first that gives an acceleration.
-        bent = scene.bent or any(np.isfinite(of.rows["bx"][of.rows["b"] < 0]).any() for of in self.recordings)
+        by_hand = (np.isfinite(each.rows["bx"][each.rows["b"] < 0]).any() for each in self.recordings)
         # Of a scene whose kinds change a page has none: it would show those of the start.
         responses = scene.meets if scene.responses and not scene.changing else []
         names = [] if scene.changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
@@ -79,7 +79,7 @@ class Page:
             "unit": scene.time_unit,
             "arena": scene.arena,
             "periods": scene.periods,
-            "pull": scene.pull if bent else None,
+            "pull": scene.pull if scene.bent or any(by_hand) else None,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
-from kinetile.kernel.plan import BentPlan, Plan, bent_position_after, bent_velocity_after
+from kinetile.kernel.plan import AcceleratedPlan, Plan, accelerated_position_after, accelerated_velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
 from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
@@ -283,7 +283,7 @@ class Plans:
         columns["there"][:] = 0.0
         columns["there"][numbers] = 1.0
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
-        for name in (*(BentPlan if simulation.scene.bent else Plan)._fields, "radius"):
+        for name in (*(AcceleratedPlan if simulation.scene.bent else Plan)._fields, "radius"):
             columns[name][numbers] = bodies[name]
         columns["wx"][numbers], columns["wy"][numbers] = simulation.whole_accelerations().T
         if len(tables.images):
@@ -321,12 +321,12 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, n
     found = {name: flights.value(name) for name in SIDES}
     given = flights.accelerations(np.stack([plans.ax, plans.ay], axis=1))
     found |= {"ax": given[:, 0], "ay": given[:, 1]}
-    was = BentPlan(*(before(getattr(plans, name), flies) for name, flies in found.items()))
+    was = AcceleratedPlan(*(before(getattr(plans, name), flies) for name, flies in found.items()))
     for name, begins in (("ax", was.ax), ("ay", was.ay)):
         changes = _bits(found[name]) ^ _bits(begins)
         columns[f"b{name[1]}"][flights.row[changes != 0]] = changes[changes != 0]
-    axes = zip("xy", bent_position_after(was, elapsed), bent_velocity_after(was, elapsed), strict=True)
-    for axis, flown, ends in axes:
+    places, speeds = accelerated_position_after(was, elapsed), accelerated_velocity_after(was, elapsed)
+    for axis, flown, ends in zip("xy", places, speeds, strict=True):
         flies = found[f"v{axis}"]
         keeps = ends.copy()
         second = np.flatnonzero(flights.is_b)  # its row's a comes right before it

@@ -196,8 +196,8 @@ def slow(rng: random.Random, periodic: str) -> kt.Scene:
     places = rng.sample([(x + 0.5, y + 0.5) for x in range(6) for y in range(4)], rng.randrange(2, 4))
     speeds = [[rng.choice((-1.0, -0.25, 0.0, 0.5)) * rng.random() * 0.1 for _ in "xy"] for _ in places]
     pulls = [(0.0, rng.choice((0.0, 2.0**-12)) * rng.choice((-1, 1)) * (periodic == "x")) for _ in places]
-    bent = {"acceleration": pulls} if rng.random() < 0.5 else {}
-    return kt.Scene(places, speeds, 0.25, arena=(6.0, 4.0), periodic=periodic, unit=1.0, **bent)
+    accelerated = {"acceleration": pulls} if rng.random() < 0.5 else {}
+    return kt.Scene(places, speeds, 0.25, arena=(6.0, 4.0), periodic=periodic, unit=1.0, **accelerated)
 
 
 @pytest.mark.parametrize("periodic", ["x", "y", "xy"])

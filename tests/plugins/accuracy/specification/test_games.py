@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from games import draw_bent_game, draw_changing_game, draw_game, draw_game_of_shapes, draw_moving_game
+from games import draw_accelerated_game, draw_changing_game, draw_game, draw_game_of_shapes, draw_moving_game
 from judged_games import forged_and_found, with_end
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import LOG
@@ -16,7 +16,7 @@ from lanes import first
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes, draw_bent_game])
+@pytest.mark.parametrize("draw", [draw_game, draw_game_of_shapes, draw_accelerated_game])
 @pytest.mark.parametrize("seed", first(1, range(60)))
 def test_a_game_is_certified_to_its_end(draw, seed):
     game = draw(seed)
@@ -26,7 +26,7 @@ def test_a_game_is_certified_to_its_end(draw, seed):
 
 
 @pytest.mark.small
-@pytest.mark.parametrize("draw", [draw_game, draw_bent_game, draw_changing_game, draw_moving_game])
+@pytest.mark.parametrize("draw", [draw_game, draw_accelerated_game, draw_changing_game, draw_moving_game])
 @pytest.mark.parametrize("seed", first(1, range(100)))
 def test_the_plans_of_a_recorded_game_are_certified(seed, draw):
     """With commands among the rows, and the plan of each body after each event."""

@@ -27,13 +27,13 @@ MOST = 60
 def test_a_drawn_game_has_one_list_by_the_rules_and_under_every_phase(seed: int) -> None:
     """Lattices with exact ties and others, with pegs, own accelerations, kinds, and commands. Where
     bodies come to rest on each other a run ends before the list does."""
-    one_list(games.draw_bent_game(seed), PHASES)
+    one_list(games.draw_accelerated_game(seed), PHASES)
 
 
 @pytest.mark.parametrize("seed", first(1, range(1, 101)))
 def test_a_drawn_game_of_shapes_has_one_list(seed: int) -> None:
     """Convex shapes, with margins or not, among obstacles, also beside a periodic axis."""
-    one_list(games.draw_bent_game_of_shapes(seed), ("naive", "cells", "sap-1d"), 20)
+    one_list(games.draw_accelerated_game_of_shapes(seed), ("naive", "cells", "sap-1d"), 20)
 
 
 def one_list(game: kt.Scene, phases: tuple[str, ...], most: int = MOST) -> None:
