@@ -338,7 +338,7 @@ def of(axis: str, name: str) -> str:
     return named.get(name, name[0] + axis + name[1:])
 
 
-def bent_gas(rng: Rng, n: int) -> np.ndarray:
+def accelerated_gas(rng: Rng, n: int) -> np.ndarray:
     """Returns pairs of discs near each other, each with an acceleration."""
     table = rows(n)
     table["tick"] = 2.0**-52
@@ -362,23 +362,23 @@ def backed(table: np.ndarray) -> np.ndarray:
 
 
 def equal(rng: Rng, n: int) -> np.ndarray:
-    table = bent_gas(rng, n)
+    table = accelerated_gas(rng, n)
     for axis in "xy":
         table[of(axis, "a2")] = table[of(axis, "a")]
     return table
 
 
 def immovable(rng: Rng, n: int) -> np.ndarray:
-    table = bent_gas(rng, n)
+    table = accelerated_gas(rng, n)
     which = "2" if rng.random() < 0.5 else ""
     for axis in "xy":
         table[of(axis, "v" + which)] = table[of(axis, "a" + which)] = 0.0
     return backed(table)
 
 
-def bent_lattice(rng: Rng, n: int) -> np.ndarray:
+def accelerated_lattice(rng: Rng, n: int) -> np.ndarray:
     """Returns dyadic numbers: roots of Q and of its derivatives at whole ticks, and several at once."""
-    table = bent_gas(rng, n)
+    table = accelerated_gas(rng, n)
     for axis in "xy":
         for name, most, size in zip(PLAN, (8, 4, 2) * 2, (0.25, 0.5, 1.0) * 2, strict=True):
             table[of(axis, name)] = rng.integers(-most, most + 1, n) * size * (rng.random(n) < 0.7)
@@ -388,9 +388,9 @@ def bent_lattice(rng: Rng, n: int) -> np.ndarray:
     return table
 
 
-def bent_coarse(rng: Rng, n: int) -> np.ndarray:
+def accelerated_coarse(rng: Rng, n: int) -> np.ndarray:
     """Returns discs of the lattice at speeds that make ticks long: all happens within a few of them."""
-    table = bent_lattice(rng, n)
+    table = accelerated_lattice(rng, n)
     size = rng.integers(48, 56, n)
     for axis in "xy":
         for name in ("v", "v2"):
@@ -401,9 +401,9 @@ def bent_coarse(rng: Rng, n: int) -> np.ndarray:
     return table
 
 
-def bent_graze(rng: Rng, n: int) -> np.ndarray:
+def accelerated_graze(rng: Rng, n: int) -> np.ndarray:
     """Returns paths that come as near as the radii and no nearer, but for last bits."""
-    table = [bent_gas, equal, immovable, under_way][rng.integers(0, 4)](rng, n)
+    table = [accelerated_gas, equal, immovable, under_way][rng.integers(0, 4)](rng, n)
     time = table["elapsed"] * table["tick"]
     t = rng.uniform(0.0, 1.0, n)
     for _ in range(12):
@@ -423,7 +423,7 @@ def bent_graze(rng: Rng, n: int) -> np.ndarray:
 
 def resting(rng: Rng, n: int) -> np.ndarray:
     """Returns pairs that touch but for last bits, hardly move, and fall together, or slide."""
-    table = [bent_gas, bent_lattice][rng.integers(0, 2)](rng, n)
+    table = [accelerated_gas, accelerated_lattice][rng.integers(0, 2)](rng, n)
     table["elapsed"] = 0
     table["radius"], table["radius2"] = 0.25, rng.choice([0.25, 0.1], n)
     reach = table["radius"] + table["radius2"]
@@ -441,7 +441,7 @@ def resting(rng: Rng, n: int) -> np.ndarray:
 
 def under_way(rng: Rng, n: int) -> np.ndarray:
     """Returns pairs of which one was anchored up to 2^60 ticks ago."""
-    table = bent_gas(rng, n)
+    table = accelerated_gas(rng, n)
     table["tick"] = 2.0 ** rng.choice([-52.0, -60.0], n)
     table["elapsed"] = (2.0 ** rng.uniform(50.0, 60.0, n)).astype(np.int64) + rng.integers(0, 1 << 20, n)
     return backed(table)
@@ -449,7 +449,7 @@ def under_way(rng: Rng, n: int) -> np.ndarray:
 
 def unlike(rng: Rng, n: int) -> np.ndarray:
     """Returns pairs with ratios of up to 10^6 between their radii, speeds and accelerations."""
-    table = [bent_gas, equal][rng.integers(0, 2)](rng, n)
+    table = [accelerated_gas, equal][rng.integers(0, 2)](rng, n)
     table["radius"] *= 10.0 ** rng.uniform(-6.0, 6.0, n)
     for axis in "xy":
         for name in ("x2", "v", "a"):
@@ -457,7 +457,7 @@ def unlike(rng: Rng, n: int) -> np.ndarray:
     return table
 
 
-def bent_anything(rng: Rng, n: int) -> np.ndarray:
+def accelerated_anything(rng: Rng, n: int) -> np.ndarray:
     """Returns pairs with numbers of any size that a scene may have, and ticks of any length."""
 
     def number() -> np.ndarray:
@@ -477,9 +477,10 @@ def bent_anything(rng: Rng, n: int) -> np.ndarray:
     return table
 
 
-def bent_images(rng: Rng, n: int) -> np.ndarray:
+def accelerated_images(rng: Rng, n: int) -> np.ndarray:
     """Returns pairs of which the second is seen up to 2^31 periods further on."""
-    table = [bent_gas, equal, bent_lattice, bent_graze, resting, under_way][rng.integers(0, 6)](rng, n)
+    kinds = accelerated_gas, equal, accelerated_lattice, accelerated_graze, resting, under_way
+    table = kinds[rng.integers(0, 6)](rng, n)
     for axis in "xy":
         turns = np.trunc(2.0 ** rng.uniform(0.0, 31.0, n)) * rng.integers(-1, 2, n)
         period = rng.choice([0.0, 0.7, 1.0, 3.0, 2.0**-20], n)
@@ -548,17 +549,17 @@ FAMILIES: dict[str, Callable[[Rng, int], Rows]] = {
 FAMILIES |= {
     each.__name__: each
     for each in (
-        bent_gas,
+        accelerated_gas,
         equal,
         immovable,
-        bent_lattice,
-        bent_coarse,
-        bent_graze,
+        accelerated_lattice,
+        accelerated_coarse,
+        accelerated_graze,
         resting,
         under_way,
         unlike,
-        bent_anything,
-        bent_images,
+        accelerated_anything,
+        accelerated_images,
     )
 }
 

@@ -1,8 +1,8 @@
 """Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end and the
 second implementation; and forged lists of their contacts, to be found.
 
-``python tests/judged_games.py 500 [FIRST [bent]]`` prints how many of 500 games agree, or
-of games with accelerations."""
+``python tests/judged_games.py 500 [FIRST [accelerated]]`` prints how many of 500 games
+agree, or of games with accelerations."""
 
 import json
 import math
@@ -157,7 +157,7 @@ def main(many: int, first: int = 0, kind: str = "") -> int:
     ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):
-        game = games.draw_accelerated_game(seed) if kind == "bent" else games.draw_game(seed)
+        game = games.draw_accelerated_game(seed) if kind == "accelerated" else games.draw_game(seed)
         sim, end = with_end(game, most=JAMMED)
         contacts += len(sim.contacts)
         ends[next(iter(end), "jam")] += 1

@@ -590,7 +590,7 @@ def time_along(way: float, speed: float, pull: float) -> float:
 def corner_stays(
     f: Numbers, corner: int, reach: float, fat: float, doubt: float, way: Way, most: float
 ) -> float:
-    """Returns a bound below the time until a place on a bent way comes within reach of a corner: the line
+    """Returns a bound below the time until an accelerated place comes within reach of a corner: the line
     across the way from there; 0 where it is about as near to the corner as the reach is half."""
     dx, dy, vx, vy, bx, by = way
     px = dx - f[corner + CX]
@@ -606,8 +606,8 @@ def corner_stays(
 
 @hook
 def not_before_accelerated(f: Numbers, row: int, fat: float, span: float, doubt: float, way: Way) -> float:
-    """Returns a bound below the time until a place enters a difference, fattened, on a bent way, up
-    to a span of time.
+    """Returns a bound below the time until an accelerated place enters a difference, fattened, up to
+    a span of time.
 
     The latest of these counts. The way is at most |b| h^2 / 8 away from its chord, h being the span: the
     difference that is fattened by that is entered on it. The place has to come within the line of each face,
@@ -708,19 +708,19 @@ class Convex:
         bounds = soonest
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
-        periodic, bent = bool(scene.periodic), scene.bent
+        periodic, accelerated = bool(scene.periodic), scene.bent
         bounds = bounds if scene.uniform else soonest_accelerated
         return PairParts(
             meet=meet_images if periodic else meet,
             collide=collide_images if periodic else collide,
-            soonest=bounds if not periodic else None if bent else soonest_of_images,
+            soonest=bounds if not periodic else None if accelerated else soonest_of_images,
             touch=touch_images if periodic else touch,
             part=part,
             gap=gap,
-            ledge=ledge if bent else None,
+            ledge=ledge if accelerated else None,
             contact_distance="outlines",
             shapes=True,
             periodic=periodic,
-            bent=bent,
+            bent=accelerated,
             numbers=numbers,
         )

@@ -208,7 +208,7 @@ def accelerated_ways(
 def chords(
     vx: Floats, vy: Floats, bx: Floats, by: Floats, span: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Returns of bent ways through a span of time: the span, 0 if it has no end and nothing is accelerated;
+    """Returns of ways with accelerations through a span of time: the span, 0 if it has no end (without any);
     velocity along the chord; how far the way is from that at most; |x| + |y| of the acceleration."""
     zero = spread(0.0)
     half = spread(0.5)

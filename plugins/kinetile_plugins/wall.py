@@ -139,10 +139,10 @@ def reach_accelerated(k: Kernel, body: Records) -> tuple[int, int]:
     limits = clock.limits
     if limits.width == 0.0:  # there is no arena, and the parts are general
         return NEVER, LEFT
-    straight_x = clock.torus.x == 0.0 and body.ax == 0.0
-    straight_y = clock.torus.y == 0.0 and body.ay == 0.0
+    steady_x = clock.torus.x == 0.0 and body.ax == 0.0
+    steady_y = clock.torus.y == 0.0 and body.ay == 0.0
     to_left, to_right, down, up = extent(body)
-    tick, wall = first_wall(k, body, straight_x, straight_y)
+    tick, wall = first_wall(k, body, steady_x, steady_y)
     if body.ax != 0.0:
         left = after(k, body, to_left, body.x, 0.0, body.vx, body.ax)
         right = after(k, body, to_right, limits.width, body.x, -body.vx, -body.ax)

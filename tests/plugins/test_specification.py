@@ -48,7 +48,7 @@ def rows(name: str) -> list[Any]:
 
 
 def tables(plans: list[list[str]], accelerated: bool = False) -> Kernel:
-    k = allocate(len(plans), near=0, log_rows=0, bent=accelerated)
+    k = allocate(len(plans), near=0, log_rows=0, accelerated=accelerated)
     for body, (*numbers, anchor), pull in zip(
         k.bodies, (plan[:6] for plan in plans), (plan[6:] for plan in plans), strict=True
     ):
@@ -131,7 +131,7 @@ def test_bodies_meet_at_the_tick_of_the_rule_in_either_order(name: str) -> None:
 
 def test_accelerated_bodies_meet_at_the_tick_of_the_rule_in_either_order() -> None:
     questions = rows("accelerated_contacts")[:: 15 if NOTHING_IS_COMPILED else 1]
-    k = tables([plan for row in questions for plan in row[3:5]], bent=True)
+    k = tables([plan for row in questions for plan in row[3:5]], accelerated=True)
     for i, (_, _, met, *_) in enumerate(questions):
         if met:
             k.bodies[2 * i].last, k.bodies[2 * i + 1].last = 2 * i + 1, 2 * i

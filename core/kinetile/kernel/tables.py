@@ -468,20 +468,20 @@ def allocate(
     log_rows: int,
     alike: bool = False,
     shaped: bool = False,
-    bent: bool = False,
+    accelerated: bool = False,
     resting: bool = False,
 ) -> Kernel:
     """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
     ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
-    ``shaped``: not all are discs; ``bent``: some are accelerated, and may rest if ``resting``."""
+    ``shaped``: not all are discs; ``accelerated``: some are accelerated, and may rest if ``resting``."""
     seen = SHAPED if shaped else BODY
-    own = (ACCELERATED_SHAPED if shaped else ACCELERATED_BODY) if bent else seen
+    own = (ACCELERATED_SHAPED if shaped else ACCELERATED_BODY) if accelerated else seen
     if resting:
         own = RESTING_SHAPED if shaped else RESTING_BODY
     per_body = 4 if bodies < MANY else 8
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
-        bodies=begun(record_table(own, bodies)) if bent else record_table(own, bodies),
+        bodies=begun(record_table(own, bodies)) if accelerated else record_table(own, bodies),
         places=record_table(PLACE, bodies),
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
@@ -495,9 +495,9 @@ def allocate(
         near=np.zeros(near + SPARE, dtype=np.int32),
         offers=record_table(OFFER, OFFERS),
         slots=np.arange(bodies, dtype=np.int32),
-        shadows=record_table(seen, bodies if bent else 0),
-        shades=record_table(PLACE, bodies if bent else 0),
-        pulls=record_table(PLACE, bodies if bent else 0),
+        shadows=record_table(seen, bodies if accelerated else 0),
+        shades=record_table(PLACE, bodies if accelerated else 0),
+        pulls=record_table(PLACE, bodies if accelerated else 0),
         met=record_table(MET, log_rows),
         clock=begun(record_table(CLOCK, 1)),
         counts=record_table(COUNTS, 1),

@@ -195,10 +195,10 @@ def _not_convex(core: Sequence[Place]) -> list[Mistake]:
     if count == 2:
         return []
     turns = [cross(edges[k - 1], edges[k]) for k in range(count)]
-    straight = [k for k, turn in enumerate(turns) if turn == 0]
-    if straight:
-        there = f"{shown(core[straight[0]])}, in one line with the corners beside it"
-        return [Mistake(f"core[{straight[0]}]", there, "no three corners in one line: leave it out")]
+    flat = [k for k, turn in enumerate(turns) if turn == 0]
+    if flat:
+        there = f"{shown(core[flat[0]])}, in one line with the corners beside it"
+        return [Mistake(f"core[{flat[0]}]", there, "no three corners in one line: leave it out")]
     if all(turn < 0 for turn in turns):
         return [Mistake("core", "corners in clockwise order", "anticlockwise order: reverse them")]
     area = sum(cross(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))

@@ -133,7 +133,7 @@ class ContactBounds:
                 w, error = pull[:, None] - pull[:, which], sizes + sizes[which]
                 wait = self._wait_accelerated(d, v, w, reach, error)
             else:
-                wait = self._wait_straight(d, v, reach, fat, len(bodies))
+                wait = self._wait_unaccelerated(d, v, reach, fat, len(bodies))
             return self._others(wait, bodies, v, reach)
 
     def _wait_accelerated(self, d: Floats, v: Floats, w: Floats, reach: Floats, error: Floats) -> Floats:
@@ -150,8 +150,8 @@ class ContactBounds:
         soonest[~(gap > 0.0)] = 0.0
         return soonest
 
-    def _wait_straight(self, d: Floats, v: Floats, reach: Floats, fat: float, many: int) -> Floats:
-        """Returns the waits on straight plans, of ``many`` bodies."""
+    def _wait_unaccelerated(self, d: Floats, v: Floats, reach: Floats, fat: float, many: int) -> Floats:
+        """Returns the waits on plans without accelerations, of ``many`` bodies."""
         speed2 = (v * v).sum(axis=0)
         speed = np.sqrt(speed2)
         ahead = -(d * v).sum(axis=0) / speed

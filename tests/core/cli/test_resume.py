@@ -64,10 +64,10 @@ def test_the_events_file_goes_on(tmp_path, monkeypatch):
     path, events = tmp_path / "c.kt", tmp_path / "e.parquet"
     printed(RUN, "--until", "0.2", "--checkpoint", path, "--events", events)
     printed("resume --until 0.5", path)
-    straight = tmp_path / "w.parquet"
-    printed(RUN, "--until", "0.5", "--events", straight)
-    one, two = kt.read_events(events), kt.read_events(straight)
-    assert events.read_bytes() == straight.read_bytes()
+    whole = tmp_path / "w.parquet"
+    printed(RUN, "--until", "0.5", "--events", whole)
+    one, two = kt.read_events(events), kt.read_events(whole)
+    assert events.read_bytes() == whole.read_bytes()
     assert one.metadata["missing"] == 0
     assert kt.Trajectory.read(events).rows.tobytes() == two.rows.tobytes()
 

@@ -222,23 +222,23 @@ def test_it_stops_at_every_contact_of_a_kind_at_its_exact_time(before):
         (3.75, "part", (1, 2)),
     ]
     assert sim.time == 6.0
-    straight = kt.Simulation(world(), "cells")
-    straight.run(until=6.0)
-    assert sim.fingerprint == straight.fingerprint
+    unstopped = kt.Simulation(world(), "cells")
+    unstopped.run(until=6.0)
+    assert sim.fingerprint == unstopped.fingerprint
 
 
 @pytest.mark.parametrize("phase", GENERAL)
 def test_a_run_stops_at_a_contact_after_which_a_body_is_faster_than_any_before(phase):
     places, velocities = [[1.0, 1.0], [3.0, 1.0]], [[0.0, 0.0], [-1.0, 0.0]]
     scene = kt.Scene(places, velocities, 0.25, mass=[1.0, np.inf], arena=(4.0, 2.0))
-    straight, sim = kt.Simulation(scene, phase), kt.Simulation(scene, phase)
-    straight.run(until=2.125)
+    unstopped, sim = kt.Simulation(scene, phase), kt.Simulation(scene, phase)
+    unstopped.run(until=2.125)
     met = []
     while event := sim.run(until=2.125, stop_at=kt.StopAt()).event:
         met.append((event.time, event.bodies))
         assert len(sim.contacts) == len(met)
     assert [bodies for _, bodies in met[:3]] == [(0, 1), (0,), (0, 1)]
-    assert [time for time, _ in met] == straight.contacts["time"].tolist()
+    assert [time for time, _ in met] == unstopped.contacts["time"].tolist()
 
 
 @pytest.mark.parametrize("phase", GENERAL)

@@ -79,8 +79,8 @@ One Newton step (newton)
 
 At any t let q, s be the exact squared gap and slope, q', s' the computed ones, e and e_s their bounds, K =
 |U|^2. As a function of h, the time after t, the squared gap is q - 2 s h + K h^2, with the roots (s -+
-sqrt(s^2 - K q)) / K. The code asks for **s' > 8 e_s**: then s >= (7/8) s' > 0. And for **bent < 1/8**, bent
-being K (|q'| + e) / s'^2: then b = K q / s^2 has |b| <= (8/7)^2 bent < 0.17. So there are two roots, t is
+sqrt(s^2 - K q)) / K. The code asks for **s' > 8 e_s**: then s >= (7/8) s' > 0. And for **curve < 1/8**, curve
+being K (|q'| + e) / s'^2: then b = K q / s^2 has |b| <= (8/7)^2 curve < 0.17. So there are two roots, t is
 before the middle of them, and the first is
 
     h = q / 2s · g(b),  g(b) = 2 / (1 + sqrt(1 - b)),  |g(b) - 1| <= 0.28 |b|   for |b| < 0.17
@@ -89,10 +89,10 @@ This does not depend on the origin of t: the estimate need not be good, nor near
 = q' / 2s':
 
 - |q/2s - s0| <= e / 2s + |s0| e_s / s <= 0.58 e / s' + 1.15 |s0| e_s / s';
-- |h - q/2s| <= 0.28 |b| |q/2s| <= 0.37 bent (|s0| (1 + 1/7) + 0.58 e / s') <= 0.43 bent |s0| + 0.03 e / s';
+- |h - q/2s| <= 0.28 |b| |q/2s| <= 0.37 curve (|s0| (1 + 1/7) + 0.58 e / s') <= 0.43 curve |s0| + 0.03 e / s';
 - the computed step has two roundings, 2 u |s0|.
 
-``bound`` is (e / s' + |step| (bent + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms is more than
+``bound`` is (e / s' + |step| (curve + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms is more than
 what it stands for, by enough for its own roundings. The last, 8 u, is for the fraction: ``ticks`` less its
 whole part is exact; adding the step loses u (1 + |step| P), taking the floor away u, comparing u.
 
@@ -216,9 +216,9 @@ def newton(
     much the path bends: the bound holds where that is below 1/8, and slope > 8 slope_error."""
     inverse = 1.0 / slope
     step = 0.5 * q * inverse
-    bent = speed2 * (abs(q) + q_error) * (inverse * inverse)
-    loose = bent + 2.0 * slope_error * inverse + 2.0**-49
-    return step * per_time, (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50, bent
+    curve = speed2 * (abs(q) + q_error) * (inverse * inverse)
+    loose = curve + 2.0 * slope_error * inverse + 2.0**-49
+    return step * per_time, (q_error * inverse + abs(step) * loose) * per_time + 2.0**-50, curve
 
 
 OPEN = -1
@@ -276,8 +276,8 @@ def one_step(
     slope_error += loose
     speed2 = x.u * x.u + y.u * y.u
     if slope > 8.0 * slope_error and slope * per_time > speed2:
-        step, bound, bent = newton(q, q_error, slope, slope_error, speed2, per_time)
-        if bent < 0.125 and bound < 0.5:
+        step, bound, curve = newton(q, q_error, slope, slope_error, speed2, per_time)
+        if curve < 0.125 and bound < 0.5:
             return floor_of(ticks, turn * step, bound), turn * step
     return OPEN, 0.0
 

@@ -333,7 +333,7 @@ def insert_body(k: Kernel, command: Records) -> int:
         new.whole_x = command.ax
         new.whole_y = command.ay
     if ACCELERATIONS:
-        bend(k, body, command)
+        accelerate(k, body, command)
         shadow = k.shadows[body]
         shadow.radius = new.radius
         shadow.reach = new.reach
@@ -367,7 +367,7 @@ def insert_body(k: Kernel, command: Records) -> int:
 
 
 @hook
-def bend(k: Kernel, body: int, command: Records) -> None:
+def accelerate(k: Kernel, body: int, command: Records) -> None:
     """Give a body the acceleration of a command; what is left of its chord stays."""
     clock = k.clock[0]
     plan = k.bodies[body]
@@ -540,7 +540,7 @@ def change(k: Kernel, body: int, command: Records) -> None:
         if RESTING:
             plan.whole_x = command.ax
             plan.whole_y = command.ay
-        bend(k, body, command)
+        accelerate(k, body, command)
         _account(k, k.mass[body], twice_energy(plan) - before)
     if RULES and command.code == OF_KIND:
         k.traits[body].kind = command.kind

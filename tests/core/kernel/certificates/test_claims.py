@@ -35,10 +35,10 @@ def claim(table, times, claims):
         claims[i, 6] = slope
         claims[i, 7] = slope_error
         if slope > 8.0 * slope_error:
-            step, bound, bent = newton(q, q_error, slope, slope_error, x.u * x.u + y.u * y.u, 1.0 / row.tick)
+            step, bound, curve = newton(q, q_error, slope, slope_error, x.u * x.u + y.u * y.u, 1.0 / row.tick)
             claims[i, 8] = step
             claims[i, 9] = bound
-            claims[i, 10] = bent
+            claims[i, 10] = curve
 
 
 def truth(row, t: float) -> tuple[Fraction, Fraction, Fraction, Fraction]:
@@ -165,18 +165,18 @@ def test_what_an_image_adds_is_within_the_claims(most):
 
 @pytest.mark.parametrize("far", [0.0, 40.0])
 def test_a_newton_step_ends_as_near_the_root_as_it_says(far):
-    """From a little before and behind the root; as bent as is allowed, and hardly; near and far."""
+    """From a little before and behind the root; as curved as is allowed, and hardly; near and far."""
     table, times = drawn(2, COUNT, far)
     times *= 1.0 + np.exp2(np.random.default_rng(2).uniform(-50.0, -1.0, COUNT)) * np.sign(table["x"])
     shares = []
     for row, t, said in zip(table.tolist(), times.tolist(), claimed(table, times).tolist(), strict=True):
-        step, bound, bent = said[8:]
-        if bent < 0.125:
+        step, bound, curve = said[8:]
+        if curve < 0.125:
             _, _, q, slope = truth(row, t)
             speed2 = (Fraction(row[7]) - Fraction(row[2])) ** 2 + (Fraction(row[8]) - Fraction(row[3])) ** 2
             root = Fraction(isqrt(int((slope * slope - speed2 * q) * 2**400)), 2**200)
             ticks = q / (slope + root) / Fraction(TICK)
-            shares.append((float(abs(ticks - Fraction(step)) / Fraction(bound)), bent))
+            shares.append((float(abs(ticks - Fraction(step)) / Fraction(bound)), curve))
     share, bends = np.array(shares).T
     assert len(share) > COUNT / 20
     assert (share <= 1.0).all(), share.max()
