@@ -530,9 +530,7 @@ def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> fl
 
 
 _exchanged = with_constants([disc.touch, disc.collide], line_of=line_of)
-_images = with_constants([disc.touch, disc.collide], line_of=line_of, PERIODIC=True)
 collide, touch = _exchanged["collide"], _exchanged["touch"]
-collide_images, touch_images = _images["collide"], _images["touch"]
 
 
 @hook
@@ -712,9 +710,9 @@ class Convex:
         bounds = bounds if scene.uniform else soonest_accelerated
         return PairParts(
             meet=meet_images if periodic else meet,
-            collide=collide_images if periodic else collide,
+            collide=collide,
             soonest=bounds if not periodic else None if accelerated else soonest_of_images,
-            touch=touch_images if periodic else touch,
+            touch=touch,
             part=part,
             gap=gap,
             ledge=ledge if accelerated else None,

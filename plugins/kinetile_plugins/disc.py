@@ -81,7 +81,6 @@ from kinetile.toolbox.ticks import (
     counts_from,
     discs_overlap,
     discs_touch,
-    first_image,
     first_image_of,
     have_just_met,
     parting,
@@ -173,6 +172,7 @@ def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
 
 
 meet_among_shapes = with_constants([meet], touches=touch_among_shapes)["meet"]
+meet_images = first_image_of(touches, discs_overlap)
 first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
 
 
@@ -402,13 +402,17 @@ def part(k: Kernel, a: int, b: int) -> int:
 @unchecked
 @hook
 def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-    """Returns the normal from a to b at which they touch, and how deep they overlap."""
+    """Returns the normal from a to b at which they touch, b as its image on the clock, and how deep they
+    overlap."""
     one = k.bodies[a]
     two = k.bodies[b]
-    if PERIODIC:
+    dx = two.x - one.x
+    dy = two.y - one.y
+    if len(k.images) > 0:
         torus = k.clock[0].torus
-        return line_of(k, a, b, (two.x - one.x) + torus.right, (two.y - one.y) + torus.up)
-    return line_of(k, a, b, two.x - one.x, two.y - one.y)
+        dx += torus.right
+        dy += torus.up
+    return line_of(k, a, b, dx, dy)
 
 
 @unchecked
@@ -418,10 +422,6 @@ def collide(k: Kernel, a: int, b: int) -> float:
     nx, ny, depth = touch(k, a, b)
     exchange(k, a, b, nx, ny, 1.0)
     return float(depth)
-
-
-_of_images = with_constants([touch, collide], PERIODIC=True)
-collide_images, touch_images = _of_images["collide"], _of_images["touch"]
 
 
 @unchecked
@@ -447,7 +447,7 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
 
 
 MEETS = {(False, False): meet, (False, True): meet_among_shapes}
-MEETS |= {(True, False): first_image, (True, True): first_image_among_shapes}
+MEETS |= {(True, False): meet_images, (True, True): first_image_among_shapes}
 """``meet`` by whether axes are periodic, and other shapes there."""
 
 
@@ -475,9 +475,9 @@ class Disc:
             bounds = soonest_of_accelerated_images if periodic else soonest_accelerated
         return PairParts(
             meet=MEETS[periodic, shapes],
-            collide=collide_images if periodic else collide_equals if alike else collide,
+            collide=collide_equals if alike else collide,
             soonest=None if shapes else bounds,
-            touch=touch_images if periodic else touch,
+            touch=touch,
             part=part,
             gap=gap if shapes else None,
             contact_distance="closer" if shapes and not periodic else "sum of radii",

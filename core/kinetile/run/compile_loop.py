@@ -12,7 +12,7 @@ from kinetile.kernel.compiled.cache import folder
 from kinetile.run.compose import compose_phases
 from kinetile.run.engine.engine import Engine
 
-_LATER = 10
+_LATER = 4
 """What is added to the niceness of the process."""
 
 

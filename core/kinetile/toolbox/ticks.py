@@ -4,7 +4,7 @@ The flight plans of two bodies are one value, which ``plans_of`` makes, and ``pl
 is what discs (``touch``, ``parting``; ``touch_about`` and ``accelerated_touch_about``, if a bound is known)
 and convex bodies (``enters``, ``leaves``) take; walls take coordinates (``reaches``). The difference of two
 convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here.
-Along periodic axes ``first_image`` (of discs) and ``first_image_of`` go through all images.
+Along periodic axes ``first_image_of`` goes through all images.
 """
 
 from kinetile.kernel.certificates.discs import accelerated_touch_about as accelerated_touch_about
@@ -40,7 +40,6 @@ from kinetile.kernel.compiled import with_shapes as with_shapes
 from kinetile.kernel.images import HALVES as HALVES
 from kinetile.kernel.images import discs_overlap as discs_overlap
 from kinetile.kernel.images import discs_touch as discs_touch
-from kinetile.kernel.images import first_image as first_image
 from kinetile.kernel.images import first_image_of as first_image_of
 from kinetile.kernel.images import have_just_met as have_just_met
 from kinetile.kernel.images import near_zero as near_zero
