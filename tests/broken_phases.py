@@ -42,6 +42,12 @@ def leave_plans(k: Kernel, s: State, body: int) -> None:
 
 
 @hook
+def near_printed(k: Kernel, s: State, body: int) -> int:
+    print("near", body)
+    return all_but_one(k, s, body)
+
+
+@hook
 def remember_late(k: Kernel, s: State) -> None:
     schedule(k, 0, k.clock[0].now + (1 << 51))
 
@@ -124,6 +130,7 @@ BROKEN = {
     "names-nobody": phase(build=no_such_pair),
     "removes-nothing": phase(build=was_never_there),
     "does-not-compile": phase(build=no_such_field),
+    "prints": phase(near_printed),
     "never-gets-on": phase(build=wake),
     "does-not-reschedule": phase(build=wake, repair=not_again),
 }

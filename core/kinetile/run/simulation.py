@@ -756,8 +756,8 @@ class Simulation(Moment):
 
         Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
         has a new plan. For two that are passing through each other it is the row of the end, with a > b.
-        Where axes are periodic it is sought for 1,000 units of the clock (``time_unit``) from now, or until a
-        body has crossed 4,096 periods for another one.
+        It is sought for 1,024 units of the clock (``time_unit``) from the later of their last changes. Where
+        axes are periodic it is for 1,000 from now, or until a body has crossed 4,096 periods for another one.
 
         ``scheduled``: only without interference: by the present plans it is the first contact of either body,
         walls included, and no command changes one of them before. Raises ValueError if a and b are one body.
@@ -798,9 +798,9 @@ class Simulation(Moment):
         """Returns the body that one which starts here and now would meet first, by the present plans.
 
         To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored, unless "wall" is one of the ``kinds``. It meets at once what it overlaps at the start, or
-        touches there if they approach. Of several at one tick the first by number. Along a periodic axis it
-        meets a body through any image, as far ahead as ``next_contact`` looks.
+        ignored, unless "wall" is one of the ``kinds``. It meets at once a body that it overlaps at the start,
+        or touches there if they approach, and a wall if it goes on into it. Of several at one tick the first
+        by number. It looks as far ahead as ``next_contact``, along a periodic axis through any image.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through

@@ -333,6 +333,11 @@ class LinkingCompiler(_Compiler):
 
     def _compile_bytecode(self) -> Any:
         state, found = self.state, self.state.func_id
+        code = found.func.__code__
+        if "print" in code.co_names and "print" not in found.func.__globals__:
+            # Numba's would keep the lock of the interpreter: what is linked has no environment.
+            at = f'File "{code.co_filename}", line {code.co_firstlineno}:'  # as Numba says where
+            raise TypeError(f"{code.co_name} calls print; hooks can, as Python (compiled=False)\n{at}")
         kinds = [told(each) for each in state.args]
         processor = state.targetctx.codegen().magic_tuple()
         kept = self.kept(found.func, repr((kinds, state.flags.summary(), processor)))

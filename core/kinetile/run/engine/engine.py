@@ -333,6 +333,8 @@ class Engine(Tables):
             text = f"a hook of {self.composition.author_of(where)} raised {sentence(error)}{where}"
             self.broken = PhaseError(f"at time {self.clock.time(self.now)!r} {text}")
             self._take_over(before)
+            if type(error).__name__ == "BdbQuit":  # its user has left the debugger
+                raise
             raise self.broken from error
         took = time.thread_time() - began
         self.cpu_seconds += took

@@ -77,9 +77,14 @@ def test_a_newcomer_that_repair_does_not_name_is_told_by_the_next_audit():
 
 
 @pytest.mark.skipif(NOTHING_IS_COMPILED, reason="nothing is compiled")
-def test_a_hook_that_does_not_compile_is_a_phase_error():
-    sim = kt.Simulation(head_on(), "does-not-compile")
-    with pytest.raises(PhaseError, match=r"(?s)does-not-compile, disc, wall do not compile.*temperature"):
+@pytest.mark.parametrize(
+    ("phase", "why"),
+    [("does-not-compile", "temperature"), ("prints", "near_printed calls print.*broken_phases")],
+)
+def test_a_hook_that_does_not_compile_is_a_phase_error(phase, why):
+    """One that prints did compile, kept the lock of the interpreter, and its run never returned."""
+    sim = kt.Simulation(head_on(), phase)
+    with pytest.raises(PhaseError, match=rf"(?s){phase}, disc, wall do not compile.*{why}"):
         sim.run(until=4.0)
 
 
