@@ -66,8 +66,8 @@ CALLED_WITH = {
     "gap": ("SHAPES",),
     "ledge": ("RESTING",),
 }
-"""Hooks that a loop calls with one of these features only. Others are left out of it: what they call
-``apart`` would be compiled and loaded with it, for nothing."""
+"""Hooks that a loop calls with one of these features only. Others are left out of it, and of its fingerprint:
+a change of theirs compiles no loop again that never calls them."""
 
 P = TypeVar("P", bound=Parts)
 Options = Mapping[str, Any]

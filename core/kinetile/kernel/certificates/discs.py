@@ -20,12 +20,13 @@ There are four stages. Each decides, or leaves that to the next:
 * *Whole ticks* (``at_whole_tick``), without accelerations: Q is convex, so Q(n) >= 0 > Q(n + 1) says that n
   is the tick, and the estimate names n. A sign is known beyond the error of Q, or as 0 by its grain
   (``separation``): ties of lattices, and contacts at the anchor.
-* *Intervals* (``closely``), for all plans. It goes through time by intervals between whole ticks, so that n
-  and n + 1 are in one. In doubles, by Bernstein coefficients, it shows that Q is above 0 in one, or rises:
-  then the next is longer; or falls, and is negative at its end: then the contact is there, and the signs of Q
-  at whole ticks, in sums of two doubles, find it; or none of these: then it is made shorter. If all
-  derivatives are positive nothing comes.
-* *Whole numbers* (``discs_exactly``), for as short an interval as possible: a graze, a vertex at which discs
+* *Intervals* (``closely``), with accelerations, or at a corner of a shape. It goes through time by intervals
+  between whole ticks, so that n and n + 1 are in one. In doubles, by Bernstein coefficients, it shows that Q
+  is above 0 in one, or rises: then the next is longer; or falls, and is negative at its end: then the contact
+  is there, and the signs of Q at whole ticks, in sums of two doubles, find it; or none of these: then it is
+  made shorter. If all derivatives are positive nothing comes.
+* *Whole numbers* (``discs_exactly``). Without accelerations (``straight_exactly``) for all ticks at once: one
+  bisection finds where Q turns. Else for as short an interval as possible: a graze, a vertex at which discs
   that overlap cease to move apart, sizes that doubles cannot square.
 
 Accelerations are 0 or from 2^-200 to 2^200 in size, as ``scene.checks`` has them. The bounds of separations
