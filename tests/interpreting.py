@@ -12,8 +12,6 @@ session runs its compiled tests meanwhile, and a thread shows each report of a c
 Where hooks are interpreted already, all tests run as any other.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -8,8 +8,6 @@ call is Python: it uses what the module has, what ``uses`` at the top imports, f
 errors of kinetile, and files of an empty folder.
 """
 
-from __future__ import annotations
-
 import ast
 import tomllib
 from contextlib import suppress

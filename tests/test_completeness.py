@@ -97,7 +97,7 @@ def test_a_field_of_an_insertion_is_an_argument_of_insert_and_of_insert_many() -
         demand(given - {"self"} == demanded, f"{call.__name__} hands on {given}; an insertion has {demanded}")
 
 
-INTERNAL = {"alike", "composition", "counted", "declares_kinds", "newcomers", "ruled"}
+INTERNAL = {"alike", "composition", "counted", "declares_kinds", "ruled"}
 """What packages of this project use is a function of a module, not an attribute that completion offers."""
 CLASSES = [each for each in (getattr(kt, name) for name in kt.__all__) if isinstance(each, type)]
 

@@ -4,8 +4,6 @@ The names below are the whole public interface; each is imported at its first us
 ``import kinetile`` stays light. So are its packages and ``kinetile.errors``.
 """
 
-from __future__ import annotations
-
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -35,6 +33,10 @@ if TYPE_CHECKING:
     from kinetile.run.advance import Ended as Ended
     from kinetile.run.advance import Event as Event
     from kinetile.run.arguments import StopAt as StopAt
+    from kinetile.run.moment import Moment as Moment
+    from kinetile.run.moment import Recorder as Recorder
+    from kinetile.run.observing import Collisions as Collisions
+    from kinetile.run.observing import Observable as Observable
     from kinetile.run.questions.meetings import CastHit as CastHit
     from kinetile.run.questions.meetings import NextContact as NextContact
     from kinetile.run.questions.places import RayHit as RayHit

@@ -4,8 +4,6 @@ The modules of the command line are imported inside ``main``: that takes most of
 pressed then. It waits while modules are imported or machine code is loaded.
 """
 
-from __future__ import annotations
-
 import gc
 import signal
 import sys

@@ -1,8 +1,6 @@
 """Where two runs differ, for ``kinetile compare``, pages and the conformance kit. A broad phase may never
 change an answer, so there is no tolerance: rows are the same bits, or they differ, and -0.0 is not 0.0."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast

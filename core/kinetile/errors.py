@@ -4,8 +4,6 @@ Part of such a sentence is the known name nearest to an unknown one. Edit distan
 ("sap" for "sap-1d"): so case and ``_`` for ``-`` do not count, and a beginning that only one name has does.
 """
 
-from __future__ import annotations
-
 import inspect
 import os
 import sys

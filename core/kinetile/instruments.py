@@ -24,18 +24,13 @@ if TYPE_CHECKING:
     from kinetile.kernel.flight import note_all_places, position_at
     from kinetile.kernel.log import (
         ACCELERATED,
-        BOTTOM,
         HELD,
         INSERTED,
-        LEFT,
         MOVED,
         OF_KIND,
         REANCHORED,
         REMOVED,
-        RIGHT,
-        TOP,
         TURNED,
-        WALLS,
         Fingerprint,
         digestible,
     )

@@ -1,8 +1,6 @@
 """What is imported at its first use: the names of a package, so that importing it is cheap, and optional
 packages."""
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Callable

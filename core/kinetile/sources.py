@@ -4,8 +4,6 @@ A pipe may never have a writer, and a device may never end. So every file that a
 process may have put in a place, is opened here.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

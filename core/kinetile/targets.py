@@ -1,8 +1,6 @@
 """Files that are written: complete or absent. No other module of kinetile or of its instruments writes a file
 by its name, so no full disk, signal or kill takes an old file away (``tests/test_architecture.py``)."""
 
-from __future__ import annotations
-
 import glob
 import os
 import secrets

@@ -1,7 +1,5 @@
 """Versions that a result depends on: kinetile's own, Python's, and those of what compiles and computes."""
 
-from __future__ import annotations
-
 __version__ = "0.1.0"
 
 

@@ -144,7 +144,7 @@ def _print_oracle(
 
 
 def _contacts_table(contacts: Sequence[CertifiedContact]) -> Table:
-    from kinetile.instruments import WALLS
+    from kinetile.toolbox import WALLS
 
     rows = []
     for index, (time, a, b, tied, head_on) in enumerate(contacts):

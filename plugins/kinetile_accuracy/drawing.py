@@ -1,7 +1,5 @@
 """Figures in the look that all share: fit to print, legible in grey and for the colour-blind."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The environment of a measurement: versions and machine."""
 
-from __future__ import annotations
-
 import os
 import platform
 from contextlib import suppress

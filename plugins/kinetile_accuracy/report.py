@@ -1,8 +1,6 @@
 """The accuracy report: its parts are measured one after the other, then written as a page and as data. The
 page needs no script and no other file: first the verdict, a table of what must hold; then each part."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape

@@ -1,7 +1,5 @@
 """Basis of all benchmarks: phases with their options, and results with their conditions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

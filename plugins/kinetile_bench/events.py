@@ -2,8 +2,6 @@
 gets, on each scene, runs of about the same CPU time, always from the scene's start, compilation and set-up
 apart. The repeats of the phases take turns, forwards and backwards (A B B A)."""
 
-from __future__ import annotations
-
 import math
 import os
 import statistics

@@ -7,8 +7,6 @@ The fastest is recommended, with those that differ from it by less than 5 %. Aft
 it is the only one, nor where contacts differ.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence

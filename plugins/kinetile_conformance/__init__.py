@@ -5,8 +5,6 @@ check; ``kinetile conform NAME`` prints. ``strategies.scenes()`` draws the kit's
 kit needs the extra ``conformance`` (Hypothesis, and pytest for the second interface).
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 from kinetile.errors import MissingExtra

@@ -1,7 +1,5 @@
 """The Python interface: judges a phase and returns a report, or replays one check on one scene."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Mapping, Sequence

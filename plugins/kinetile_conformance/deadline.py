@@ -2,8 +2,6 @@
 machine. A check that needs more is *not judged*. One scene has a limit of its own, far beyond what any needs:
 a phase that exceeds it is in an endless loop, which the system ends, with the process, by a signal."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

@@ -12,8 +12,6 @@ fails (a scene that is not valid does not):
 4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial

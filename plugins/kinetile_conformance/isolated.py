@@ -2,8 +2,6 @@
 run for ever or take all memory. When a child dies, the check that it ran gets the cause as its result, or a
 failure that was seen before, and a new child does the rest."""
 
-from __future__ import annotations
-
 import pickle
 import re
 import signal

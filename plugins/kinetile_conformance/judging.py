@@ -2,8 +2,6 @@
 the benchmark of a scene, the reference's contacts, and the table of faults that the kit is known to find.
 What is done when it is interrupted is kept."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections import Counter

@@ -1,7 +1,5 @@
 """The page of a judgement: one HTML file without scripts, for light and dark screens and for paper."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 

@@ -5,8 +5,6 @@ neither side. What is asked is one of the ``QUESTIONS``. An engine that does not
 judged: ``EngineError`` says what it did, and on which line.
 """
 
-from __future__ import annotations
-
 import json
 import queue
 import shlex

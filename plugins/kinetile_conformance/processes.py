@@ -3,8 +3,6 @@ and sends something back: an engine lines, an interpreter of the kit pickles; wh
 that ``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close,
 and it ends too, with its folder."""
 
-from __future__ import annotations
-
 import contextlib
 import faulthandler
 import gc

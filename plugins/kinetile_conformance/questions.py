@@ -24,8 +24,8 @@ from pydantic import ConfigDict, Field, ValidationError, create_model
 
 from kinetile import Scene, Settings
 from kinetile.errors import KinetileError, SceneError
-from kinetile.instruments import WALLS, dumps_scene
-from kinetile.toolbox import Plan, positions_after
+from kinetile.instruments import dumps_scene
+from kinetile.toolbox import WALLS, Plan, positions_after
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation, unit_bits
 from kinetile_accuracy.specification.certify import explain_difference
 from kinetile_accuracy.specification.shapes import Difference

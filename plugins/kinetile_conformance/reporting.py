@@ -1,7 +1,5 @@
 """The report: what was checked, what was seen, and what to do with it."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from dataclasses import dataclass, replace

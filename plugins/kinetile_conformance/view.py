@@ -1,7 +1,5 @@
 """A page of the player that shows a failing case, and opens where two runs differ."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

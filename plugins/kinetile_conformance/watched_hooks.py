@@ -8,8 +8,6 @@ but for the body whose hook is running, it leaves the body among the offers to b
 that differs without such an offer was written by something else.
 """
 
-from __future__ import annotations
-
 import linecache
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The built-in observables, registered like those of any plugin; each is imported when it is selected."""
 
-from __future__ import annotations
-
 from kinetile import ObservableSpec, hookimpl
 
 

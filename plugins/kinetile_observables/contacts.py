@@ -13,20 +13,15 @@ with the reduced mass mu, at a wall the body's mass. For equal discs these are t
 Chem. Phys. 157, 234111 (2022), for walls, and the same on a torus. Before equilibrium they are wrong.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene
+from kinetile import Collisions, Moment, Observable, Scene
 from kinetile.errors import BadOption, Refused
-from kinetile.kernel.log import BOTTOM, LEFT, RIGHT, TOP, WALLS
-from kinetile.run.moment import Moment
-from kinetile.run.observing import Collisions, Observable
-from kinetile.scene.checks import WALL
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, WALLS
 from kinetile_observables.geometry import axes_with_walls, displacement, inner_motion
 
 
@@ -177,7 +172,7 @@ class Rates(Observable):
         if len(self.kinds) > 1:
             one, other = moment.kinds_of(np.stack([a[begins], b[begins]]))
             for k, kind in enumerate(self.kinds):
-                for its in (*self.kinds[k:], WALL):
+                for its in (*self.kinds[k:], "wall"):
                     both = (one == kind) & (other == its) | (one == its) & (other == kind)
                     found[f"{kind}-{its}"] = np.count_nonzero(both) / time
         return found

@@ -1,15 +1,11 @@
 """Distances in the arena and motion about its centre of mass, with walls and with periodic axes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene
-from kinetile.run.moment import Moment
-from kinetile.scene.bodies import whole_periods
+from kinetile import Moment, Scene
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -25,7 +21,8 @@ def axes_with_walls(scene: Scene) -> str:
 
 def displacement(scene: Scene, apart: Floats) -> Floats:
     """Returns differences of positions, (..., 2), as those to the nearest image."""
-    return np.asarray(apart - whole_periods(apart, scene.periods) * np.array(scene.periods))
+    periods = np.array(scene.periods)
+    return np.asarray(apart - np.rint(apart / np.where(periods > 0.0, periods, np.inf)) * periods)
 
 
 def narrowest(scene: Scene) -> Floats:

@@ -1,7 +1,5 @@
 """Observables of sampled moments: energy, temperature, momentum, diffusion, structure."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -9,11 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene
+from kinetile import Moment, Observable, Scene
 from kinetile.errors import BadOption, Refused
-from kinetile.run.moment import Moment
-from kinetile.run.observing import Observable
-from kinetile.scene.checks import is_finite
 from kinetile_observables.geometry import axes_with_walls, inner_motion, movable, narrowest, neighbours, parts
 from kinetile_observables.power_cells import cells_of
 
@@ -206,6 +201,9 @@ class StructureFactor(_InArena):
         return {"S": np.bincount(self.which, power[self.inside]) / self.many}
 
 
+_FARTHEST = 1e300
+
+
 class BondOrder(_InArena):
     """Order of bonds, from psi = mean of exp(6 i angle) over neighbours (0 without any): ``psi6``, the size
     of its mean over bodies, ``psi6_local``, its mean size. Neighbours are not further than ``cutoff`` sums of
@@ -214,7 +212,7 @@ class BondOrder(_InArena):
     name = "psi6"
 
     def __init__(self, cutoff: float | str = 1.5) -> None:
-        if cutoff != "voronoi" and not (is_finite(cutoff) and float(cutoff) > 1.0):
+        if cutoff != "voronoi" and not (isinstance(cutoff, (int, float)) and 1.0 < cutoff <= _FARTHEST):
             raise BadOption(f"cutoff is {cutoff!r}; expected a number of sums of radii, above 1, or voronoi")
         self.cutoff = cutoff
 

@@ -5,8 +5,6 @@ power over it is least: of equal discs the Voronoi cell, of others that of the r
 are neighbours if their cells have a side in common.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import product
 from typing import NamedTuple
@@ -14,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kinetile import Scene
+from kinetile import Moment, Observable, Scene
 from kinetile.errors import Refused
-from kinetile.run.moment import Moment, newcomers_of
-from kinetile.run.observing import Observable
 from kinetile_observables.geometry import Floats, axes_with_walls
 
 _AT_ONCE, _LINES = 64, 24
@@ -135,5 +131,5 @@ class Flips(Observable):
 
     def sample(self, moment: Moment) -> dict[str, float]:
         """Returns the rate since the last sample."""
-        last, self.last = self.last, (moment.time, newcomers_of(moment))
+        last, self.last = self.last, (moment.time, moment.newcomers)
         return {} if last is None else {"flips": (self.last[1] - last[1]) / (self.last[0] - last[0])}

@@ -3,8 +3,6 @@
 This module only lists them with their targets; a phase's own module is imported when it is selected.
 """
 
-from __future__ import annotations
-
 from kinetile.plugin.specs import BroadPhaseSpec, NarrowPhaseSpec, ResponseSpec, SceneSpec, hookimpl
 
 

@@ -22,13 +22,22 @@ touch, on x and on y. A reach to a side is rounded twice, from the core and with
 2 u X from a skin of more than 64 (n + 4) u X.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.errors import Refused
 from kinetile.scene import Scene
-from kinetile.toolbox import NEVER, NOBODY, Kernel, PairParts, hook, larger, since_origin, smaller, unchecked
+from kinetile.toolbox import (
+    NEVER,
+    NOBODY,
+    Kernel,
+    PairParts,
+    hook,
+    larger,
+    since_origin,
+    smaller,
+    unchecked,
+    with_constants,
+)
 from kinetile.toolbox.lanes import (
     LANES,
     Floats,
@@ -73,7 +82,6 @@ from kinetile.toolbox.ticks import (
     reaches,
 )
 from kinetile_plugins import disc
-from kinetile_plugins.constants import with_constants
 from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,

@@ -42,8 +42,6 @@ speeds; if it is as large as the bodies, every contact is computed exactly, and 
 ``tests/plugins/test_disc.py`` compares bounds and exact times on generated and hard pairs.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.scene import Scene, are_alike
@@ -61,6 +59,7 @@ from kinetile.toolbox import (
     position_at,
     smaller,
     unchecked,
+    with_constants,
 )
 from kinetile.toolbox.lanes import (
     LANES,
@@ -90,7 +89,6 @@ from kinetile.toolbox.ticks import (
     turns_between,
     with_accelerations,
 )
-from kinetile_plugins.constants import with_constants
 from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,

@@ -22,8 +22,6 @@ always before the second bound; where it is not, all contacts of the body are co
 one radius, which stay so, (R + fat)^2 is the same number for all partners, by the same operations.
 """
 
-from __future__ import annotations
-
 from kinetile.toolbox import Kernel, hook, since_origin, smaller
 from kinetile.toolbox.lanes import (
     Floats,

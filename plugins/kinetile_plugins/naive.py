@@ -8,8 +8,6 @@ prepared again for each insertion or removal, like any phase without ``enter`` a
 Its cost: each change of a flight plan checks n - 1 others. Above ``LIMIT`` bodies it refuses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import combinations
 

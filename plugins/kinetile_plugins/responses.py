@@ -7,8 +7,6 @@ McNamara, Granular Matter 1, 113, 1998): a contact within ``contact_time`` of th
 loses nothing. ``stop`` brings both to rest, such as a projectile and what it hits.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.errors import BadOption, Refused

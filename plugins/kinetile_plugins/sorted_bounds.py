@@ -13,8 +13,6 @@ A drawn bound hangs on its body, and has the tick at which it passes the one rig
 these certificates to fail is drawn as a line from one bound to the other, with what happens when they pass.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

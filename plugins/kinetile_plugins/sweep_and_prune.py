@@ -49,8 +49,6 @@ The hooks are made for a number of lists, along the axes or slanted, and for sce
 axes (``constants``). Directions are in the state, so all choices of one number of slanted ones have one loop.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator
@@ -79,9 +77,9 @@ from kinetile.toolbox import (
     schedule,
     smaller,
     unchecked,
+    with_constants,
 )
 
-from .constants import with_constants
 from .sorted_bounds import Lengths, Lists, audit_bounds, draw_bounds, offset, offsets
 
 PLACE = 4

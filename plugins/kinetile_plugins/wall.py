@@ -9,8 +9,6 @@ contact. In a corner the first wall of left, right, bottom, top counts; the othe
 A body that is accelerated along an axis may reach either wall at its ends: ``ACCELERATED`` has the hooks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from kinetile.errors import Refused

@@ -1,7 +1,5 @@
 """Phases from packages of their own, installed like any other package, give the one answer too."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Engines in other languages over a pipe: right ones conform, and faults in one of them are found."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """``python tests/mutants [WORD ...]`` judges mutants."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

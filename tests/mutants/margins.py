@@ -9,8 +9,6 @@ On a periodic axis a box stays in the frame that its body had then: ``turns`` ar
 taken off the body's place. Two boxes overlap if a whole number of periods brings one over the other.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple

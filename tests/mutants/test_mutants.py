@@ -3,8 +3,6 @@
 All of them take hours; the default lane judges two, the second lane one in ten (``pytest -m slow``).
 """
 
-from __future__ import annotations
-
 import ast
 import itertools
 import re

@@ -1,7 +1,5 @@
 """What phases, responses, recipes and observables refuse: the rows of ``messages.toml``."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

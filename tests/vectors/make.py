@@ -8,8 +8,6 @@ questions stay as they are in the files: they were drawn once, in the families o
 is a new row with any answer, or a new scene with any contacts.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import struct

@@ -8,8 +8,6 @@ result. Further commands come from plugins: an entry point of the group ``kineti
 ``typer.Typer``, which is imported only for ``--help``, or a name that the framework does not have.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

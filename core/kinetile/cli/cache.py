@@ -4,8 +4,6 @@ and ``kinetile cache warm``: their compilation in advance.
 Only files of the compile cache are touched: ``NUMBA_CACHE_DIR`` may name a folder with other things in it.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from contextlib import suppress

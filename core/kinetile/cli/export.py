@@ -1,7 +1,5 @@
 """The command that exports: ``kinetile export`` writes frames of a run for other programs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

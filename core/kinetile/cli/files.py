@@ -1,7 +1,5 @@
 """Files and folders that a command will write, checked first: no file is replaced unless the user says so."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence

@@ -16,8 +16,6 @@ A chord is faster than its body by |a| span at most: half of it by the bend, hal
 ``toolbox.reach`` has both bounds.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -6,8 +6,6 @@ since the start that moves on by ``SPAN`` now and then: all anchors and failure 
 integer, which changes nothing. Python's own integers hold the whole count.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ is under a test of one that is 0 is not compiled, nor is a call of a function ma
 Outside of a composed loop a feature has no value. CONTRIBUTING.md has this table.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 

@@ -8,8 +8,6 @@ At a contact two bodies exchange momentum along a normal. That is computed to ha
 is lost at every contact of the same two bodies, and energy would drift in proportion to the contacts.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -44,16 +44,21 @@ flown. Two that have just met touch, so a bound of their nearest image would be 
 the barred one, by whole numbers, and the other images' stays.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
-from types import FunctionType
-from typing import Any
+from typing import Any, cast
 
 from kinetile.kernel.certificates.discs import straight_touch, touch
 from kinetile.kernel.certificates.plans import Plans, are_accelerated, plans_through
-from kinetile.kernel.compiled import hook, larger, python_of, smaller, template, unchecked, with_accelerations
+from kinetile.kernel.compiled import (
+    hook,
+    larger,
+    smaller,
+    template,
+    unchecked,
+    with_accelerations,
+    with_constants,
+)
 from kinetile.kernel.features import PERIODIC, only_with
 from kinetile.kernel.flight import anchor_at, position_at, velocity_at
 from kinetile.kernel.passings import counts_from, is_passing, passes
@@ -289,9 +294,8 @@ def first_image_of(
     """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
     for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
     its place, and may be accelerated along an axis with walls."""
-    search = python_of(first_image)
-    names = search.__globals__ | {"discs_touch": touches, "discs_overlap": overlap}
-    return unchecked(hook(FunctionType(search.__code__, names, search.__name__)))
+    made = with_constants([first_image], discs_touch=touches, discs_overlap=overlap)
+    return cast(Callable[[Kernel, int, int], int], made["first_image"])
 
 
 @only_with(PERIODIC)

@@ -5,8 +5,6 @@ the scene's start, ``tick`` is the fraction in ticks of 2**-52 (0 <= tick < 2**5
 rounded to a float.
 """
 
-from __future__ import annotations
-
 import hashlib
 from typing import Self
 
@@ -22,6 +20,7 @@ number. Event files without a number are of answer 0, from before there was a sp
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4
 TURNED, REANCHORED, INSERTED, REMOVED, ACCELERATED, HELD, OF_KIND, MOVED = range(-5, -13, -1)
 WALLS = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
+"""The walls by the numbers they have as partners of a contact."""
 
 CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4"), ("b", "i4")])
 """One contact: body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top).

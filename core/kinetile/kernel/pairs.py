@@ -12,8 +12,6 @@ there could be. A pair is held once for every ``add_pair`` and leaves with the l
 broad phase that finds a pair for several reasons need not count them itself.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kinetile.kernel.certificates.structural import to_be_settled

@@ -4,8 +4,6 @@ A *passing* is a pair through one image (0, 0 where no axis is periodic): two bo
 each other through several images at a time (docs/specification.md, rules 11 and 11p).
 """
 
-from __future__ import annotations
-
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.pairs import follower
 from kinetile.kernel.tables import Kernel

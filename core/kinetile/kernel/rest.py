@@ -6,8 +6,6 @@ beside it; they differ while the body is held. At each event of a body that is n
 before (``responses.consider``), since when a body leaves its support is known to the narrow phase alone.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.kernel.compiled import hook, with_field

@@ -14,8 +14,6 @@ which it is known outside: in the log, in the order of events of one tick, and t
 body has left is taken by a later one; a number is never used twice. Hooks use slots only.
 """
 
-from __future__ import annotations
-
 import mmap
 from contextlib import suppress
 from enum import Enum, auto

@@ -2,8 +2,6 @@
 its distribution and place. kinetile's own errors (a refusal, a bad option) and Ctrl-C pass unchanged; the
 original error stays the cause."""
 
-from __future__ import annotations
-
 import sysconfig
 import traceback
 from collections.abc import Iterable, Iterator

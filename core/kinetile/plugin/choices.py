@@ -1,7 +1,5 @@
 """Choices of phases as text: a name, with optional options (``sap-1d:axis=y``), and lists of those."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 

@@ -5,8 +5,6 @@ body's centre and an offset (``At``), which moves with the body. A phase names b
 everywhere in hooks; ``Simulation.drawing`` has the numbers of the bodies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial

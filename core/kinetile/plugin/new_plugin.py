@@ -2,8 +2,6 @@
 changed into one's own. The texts are in ``templates/``, with ``$name``, ``$package`` and others in place of
 the plugin's names."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Mapping

@@ -2,8 +2,6 @@
 of recipes. The signature of the class or function contains all that is needed: names, types and defaults.
 """
 
-from __future__ import annotations
-
 import inspect
 import re
 from typing import Any, NamedTuple

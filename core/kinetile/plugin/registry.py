@@ -7,8 +7,6 @@ entry points are read here one by one, and each plugin has a pluggy manager of i
 distribution goes first, the rest follow in alphabetical order, whatever the order of ``sys.path`` is.
 """
 
-from __future__ import annotations
-
 import pkgutil
 import re
 import threading

@@ -7,8 +7,6 @@ entry-point group ``kinetile`` of its distribution, or added by ``kinetile.regis
 arguments and return lists of specs; they are called once, when the registry is made.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field

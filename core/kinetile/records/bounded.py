@@ -1,8 +1,6 @@
 """Rows of a run in memory, up to a number. A limit of contacts does not bound the rows of a run: the clock
 anchors plans again, and each is a row."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -2,8 +2,6 @@
 docs/specification.md), and perhaps at the end "fingerprint" with 64 hexadecimal digits, the digest of the
 contacts, and "unit U start S", of the clock, so that a time is S + (epoch + tick * 2**-52) * U."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterable, Iterator

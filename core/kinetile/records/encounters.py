@@ -5,8 +5,6 @@ where they are accelerated. So the closest approach in such a piece is at one of
 derivative of the square of the distance is zero: nothing is sampled.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any

@@ -12,8 +12,6 @@ process that is killed, or has no room for ``FILE``, leaves the log, from which 
 makes it. A link is followed; only regular files are replaced.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Mapping

@@ -6,8 +6,6 @@ made into one on another disk. The price is about a second for 700,000 rows at t
 when the event file is on the disk. An interruption leaves the log unchanged.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator

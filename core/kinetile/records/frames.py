@@ -11,8 +11,6 @@ GSD has single precision, its origin is in the middle of the box, and ``log/time
 those species, by name. The recipe ``frame`` reads both.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterable, Iterator

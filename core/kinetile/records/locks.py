@@ -6,8 +6,6 @@ written cannot be distinguished from an abandoned one, so an existing FILE.parti
 removed; it can be read, and stays.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

@@ -1,8 +1,6 @@
 """Arguments of a simulation's methods, checked before anything is done: each reader returns a value of the
 right type, or raises an error that names the value found and those allowed. Limits are a scene's."""
 
-from __future__ import annotations
-
 import logging
 import math
 import operator

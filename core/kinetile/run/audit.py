@@ -6,8 +6,6 @@ The first violation ends the run with an ``AuditError``, a ``MissedContactError`
 be missed. O(n^2).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from functools import partial

@@ -4,8 +4,6 @@ The loop stops after such a contact, the function is called, and the run goes on
 of that very moment, as between two runs, so a recorded run is replayed without it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias

@@ -2,8 +2,6 @@
 ``near`` and ``draw`` are foreign code: ``near`` writes into a table of its own here, ``draw`` receives
 read-only tables, and every shape that it returns is checked."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What the process runs that compiles a loop while a run begins as Python (``engine.meanwhile``)."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import pickle

@@ -1,7 +1,5 @@
 """Flights: the plans that rows of the log give to bodies, each in force until the body's next one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self

@@ -3,9 +3,9 @@
 It is what observables and recorders are given. A simulation is one too, with all that changes it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
 from kinetile.kernel.plan import AcceleratedPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
+from kinetile.run.engine.contacts import Ledger, RowFunction
 from kinetile.run.engine.engine import Engine
 from kinetile.scene import Scene, SetKind
 from kinetile.scene.bodies import in_box
@@ -60,6 +61,11 @@ class Moment:
     def numbers(self) -> int:
         """How many numbers bodies have been given, those of planned insertions among them."""
         return self._engine.numbers
+
+    @property
+    def newcomers(self) -> int:
+        """How many pairs the broad phase has reported as newly near at its events (``Readings``)."""
+        return int(self._engine.k.counts[0].newcomers)
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
@@ -160,6 +166,29 @@ class Moment:
         return which[numbers]
 
 
-def newcomers_of(moment: Moment) -> int:
-    """Returns how many pairs the broad phase has reported as newly near at its events: see ``Readings``."""
-    return int(moment._engine.k.counts[0].newcomers)
+@runtime_checkable
+class Recorder(Protocol):
+    """Takes the rows of runs, chunk by chunk, and learns when one begins and ends; or a function of rows."""
+
+    def begin(self, moment: Moment, before: int) -> None:
+        """Called when a run begins, with its present moment, which follows the run, and the number of rows
+        that the simulation had before the first one to come."""
+
+    def __call__(self, rows: npt.NDArray[np.void]) -> None:
+        """Takes the next rows (dtype LOG)."""
+
+    def end(self, time: float) -> None:
+        """Called when a run has ended, in whichever way, at the present time: all rows up to it are there."""
+
+
+@contextmanager
+def told(recorder: Recorder | RowFunction | None, moment: Moment, ledger: Ledger) -> Iterator[None]:
+    """A context of a run, of whose begin and end a recorder learns that wants to."""
+    learns = recorder if isinstance(recorder, Recorder) else None
+    try:
+        if learns is not None:
+            learns.begin(moment, ledger.rows - ledger.rows_that_wait)
+        yield
+    finally:
+        if learns is not None:
+            learns.end(moment.time)

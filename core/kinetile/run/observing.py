@@ -58,7 +58,8 @@ class Collisions(NamedTuple):
 
 
 class Observable:
-    """An observable; its constructor takes the options. A class need not inherit from this one."""
+    """An observable; its constructor takes the options. A class need not inherit from this one, if it has
+    what this one has: ``needs``, ``keeps``, ``axes``, ``broad_phase`` and the methods."""
 
     needs: Literal["samples", "contacts", "velocities"] = "samples"
     """Whether ``collect`` is called: "samples": never; "contacts": with the bodies of each contact;

@@ -2,8 +2,6 @@
 kinds of shapes, ``NarrowPhaseSpec.shapes``, and takes every two of these) decides their contacts. One that
 decides nothing is not composed; where one decides all its parts are taken as they are."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, cast

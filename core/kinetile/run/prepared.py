@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
-
-if TYPE_CHECKING:
-    from kinetile.run.engine.state import Contents
 
 LEAST = 64
 """The least number of slots in a scene with insertions."""
@@ -63,11 +60,10 @@ def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
     }
 
 
-def present_scene(contents: Contents, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
-    """Returns a scene as it is in the middle of a run, on its clock: with the bodies of these contents, and
-    perhaps those that commands insert, and without commands. Nothing is checked."""
-    plans = contents.plans
-    elapsed = (contents.clock["now"] - plans["anchor"]) * (scene.time_unit / TICKS)
+def present_scene(plans: Any, now: Any, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
+    """Returns a scene as it is in the middle of a run, at the tick ``now`` of its clock: with the bodies of
+    these plans, and perhaps those that commands insert, and without commands. Nothing is checked."""
+    elapsed = (now - plans["anchor"]) * (scene.time_unit / TICKS)
     columns = _columns(plans, elapsed, plans["form"])
     if coming is not None:
         form = coming.form if scene.shapes else np.full(len(coming), -1)

@@ -1,7 +1,5 @@
 """Readings of a run: its cost and accuracy."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, dataclass
 from typing import Any

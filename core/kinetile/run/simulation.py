@@ -39,11 +39,11 @@ from kinetile.run.arguments import StopAt
 from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
-from kinetile.run.engine.contacts import Recorder, RowFunction
+from kinetile.run.engine.contacts import RowFunction
 from kinetile.run.engine.engine import Engine, Kept
 from kinetile.run.engine.state import passings_of
 from kinetile.run.interrupts import Interruptible, Unbroken
-from kinetile.run.moment import Moment
+from kinetile.run.moment import Moment, Recorder, told
 from kinetile.run.observing import Observers
 from kinetile.run.prepared import Prepared
 from kinetile.run.questions import meetings, places
@@ -343,7 +343,7 @@ class Simulation(Moment):
                 engine.watch(stop)
             try:
                 read_by = observers.readers if observers else (None, None)
-                with engine.ledger.recording(recorder, moment, *read_by):
+                with told(recorder, moment, engine.ledger), engine.ledger.recording(recorder, *read_by):
                     ended = observers.advance(end, run_to) if observers else run_to(end)
             except BaseException:
                 with suppress(PhaseError):  # the error that ended the run is raised, not this one

@@ -6,8 +6,6 @@ of its own or a lower level in its own cell or one of the eight around it, and t
 cell is exact. Cells are a sorted array of hashed numbers; chunks of pairs have a bounded size.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

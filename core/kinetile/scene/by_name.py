@@ -2,8 +2,6 @@
 function that makes a scene; the types of its keyword arguments (``int``, ``float``, ``str``, ``bool``,
 ``tuple[int, ...]`` or ``tuple[float, ...]``) serve to check a user's values."""
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Iterable, Mapping

@@ -6,8 +6,6 @@ and how many contacts of that very tick come before, mostly none; ``time`` is th
 start are numbered from 0, and each inserted one has a new number, which is never reused.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence

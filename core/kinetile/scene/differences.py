@@ -2,8 +2,6 @@
 first, the two touch if d is as far from the *difference* of their cores, the hull of all corners of the first
 less all of the second, as the sum of their radii. So the question is that of a point and one polygon."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache

@@ -6,8 +6,6 @@ values (``kinetile.scene.reader``); what fails one step is left out of the next,
 at once. Floats are written by ``repr``, which reads back as the same bits. A file is replaced in one step.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

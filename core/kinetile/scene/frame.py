@@ -1,7 +1,5 @@
 """Checks of what is around the bodies of a scene: arena, periods, gravity, start and end of its clock."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from kinetile.errors import Mistake

@@ -1,8 +1,6 @@
 """The reader of scenes: from arguments, or from what a file has in their places, to the fields of a scene.
 Each check runs here, once for each scene. What a file has in the wrong form is not reported again."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Settings of a run that a scene may have: its phases by name, their options, and its end."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

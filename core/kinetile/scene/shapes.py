@@ -5,8 +5,6 @@ if it is not rounded, no radius. Convexity and overlaps are decided in rationals
 files, obstacles, which nothing moves, and the table of shapes of a scene's bodies.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress

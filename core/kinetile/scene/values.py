@@ -2,8 +2,6 @@
 arguments of ``Scene``, scene files, commands, calls of a simulation, and saved runs. What a value needs of
 others is checked where they are known."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence

@@ -6,8 +6,6 @@ nothing, compiles nothing and raises nothing: it says what is left out, and whic
 escaped; styles are in the tags and name no colour, for dark pages.
 """
 
-from __future__ import annotations
-
 import math
 from base64 import b64encode
 from collections import Counter

@@ -1,8 +1,6 @@
 """Displays of a notebook: IPython gets the names of the types that have one, and calls ``show.html``. It is
 done when kinetile is imported in a running IPython, or by ``%load_ext kinetile.show.notebook``."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

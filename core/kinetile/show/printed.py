@@ -1,7 +1,5 @@
 """A picture by matplotlib: the same shapes in the same looks, on white; as PNG or PDF, or as pixels."""
 
-from __future__ import annotations
-
 import math
 from importlib import import_module
 from io import BytesIO

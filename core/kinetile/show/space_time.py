@@ -6,8 +6,6 @@ overlap, the bodies are candidates along this axis. At a contact two bands have 
 that is accelerated along the axis is drawn as ``PARTS`` straight pieces.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

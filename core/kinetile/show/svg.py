@@ -1,8 +1,6 @@
 """A picture as SVG, written directly: small, readable, the same bytes for the same picture, light or dark as
 the reader's system. A shape with a label or a failing certificate shows it under the mouse."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from kinetile.kernel.plan import Plan, position_after

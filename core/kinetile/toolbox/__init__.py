@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from kinetile.kernel.compiled import larger as larger
     from kinetile.kernel.compiled import smaller as smaller
     from kinetile.kernel.compiled import unchecked as unchecked
+    from kinetile.kernel.compiled import with_constants as with_constants
     from kinetile.kernel.flight import closing_speed as closing_speed
     from kinetile.kernel.flight import give as give
     from kinetile.kernel.flight import position_after as position_after
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from kinetile.kernel.log import LEFT as LEFT
     from kinetile.kernel.log import RIGHT as RIGHT
     from kinetile.kernel.log import TOP as TOP
+    from kinetile.kernel.log import WALLS as WALLS
     from kinetile.kernel.loop.idle import NoState as NoState
     from kinetile.kernel.pairs import add_pair as add_pair
     from kinetile.kernel.pairs import held_pairs as held_pairs

@@ -5,8 +5,6 @@ core less the second are worked out in rationals, once (``kinetile.scene.differe
 doubles is the sum of two doubles, exactly, so corners are; and a face is along an edge of one of the cores.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from fractions import Fraction

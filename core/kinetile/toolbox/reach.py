@@ -4,8 +4,6 @@ The skin (``kinetile.kernel.skin``) follows from a speed that no body exceeds, a
 origin bodies can come.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

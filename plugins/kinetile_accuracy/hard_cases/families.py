@@ -2,8 +2,6 @@
 generator. Lengths are those of a unit box with radii of 1/200 to 1/20, speeds about 1, and the unit of time
 is 1, unless a family has other values. All values are rounded to doubles, which are the query."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace

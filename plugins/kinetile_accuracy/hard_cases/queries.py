@@ -5,8 +5,6 @@ by more than the proved bound. It is the answer of the hook that the narrow phas
 loop; the textbook's answer beside it shows the difficulty. Families are never pooled.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import Annotated, Any

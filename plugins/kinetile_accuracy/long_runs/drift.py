@@ -2,8 +2,6 @@
 are measured at 10^3, 10^4, ... contacts of one run, which audits itself. Other runs of the same scene begin
 with the clock at 2^20 and at 2^40: the contacts must be the same."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The part ``specification`` of the report: whole runs, certified contact by contact to their ends."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

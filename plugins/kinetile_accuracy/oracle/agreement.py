@@ -8,8 +8,6 @@ them must be at its time rounded down to its tick; later times have errors that 
 Contacts per disc: (2 x contacts of two discs + contacts with walls) / discs.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +19,7 @@ import numpy.typing as npt
 
 from kinetile import Scene, Simulation
 from kinetile.errors import Refused
-from kinetile.instruments import WALLS
+from kinetile.toolbox import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 

@@ -11,8 +11,6 @@ Events of one moment come in the order of docs/one-answer.md. Nothing here comes
 count from the scene's start. Needs python-flint; the precision is the caller's (``flint.ctx``).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import combinations

@@ -1,7 +1,5 @@
 """The part ``oracle`` of the report: how long a run in doubles agrees with the certified oracle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median

@@ -7,8 +7,6 @@ decided in rational arithmetic while the bodies fly on rational lines (walls, la
 each first flight). What neither decides is undecidable, with the time and the bodies.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

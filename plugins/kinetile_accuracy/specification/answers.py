@@ -3,14 +3,12 @@
 Of responses these are elastic, pass, restitution and stop; what others do is not specified.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
 from kinetile import Insert, Scene
 from kinetile.errors import Refused
-from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.arithmetic import (
     FlightPlan,
     Separation,

@@ -13,14 +13,12 @@ well. So rules 4 and 9 are the same expressions here, in the order of the rules.
 Nothing here is shared with the kernel.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 
 from kinetile import Accelerate, Insert, Scene, Turn
-from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.specification.signs import HORIZON as HORIZON
 from kinetile_accuracy.specification.signs import Polynomial, first_fall
 

@@ -51,8 +51,6 @@ least 2^-245 (radii are at least 2^-200). What overflows becomes infinite or not
 of now; an infinite X makes fat infinite, and everything is computed exactly.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -2,8 +2,6 @@
 runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's contact times) and
 compares each line with its next event: a list is right to the end or wrong at one line."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -24,11 +22,11 @@ from kinetile.instruments import (
     REANCHORED,
     REMOVED,
     TURNED,
-    WALLS,
     Fingerprint,
     digestible,
     shown,
 )
+from kinetile.toolbox import WALLS
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, UNIT_TICKS, tick_of, unit_bits
 from kinetile_accuracy.specification.course import LEAVING, Course, CourseEvent
 

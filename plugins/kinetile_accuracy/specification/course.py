@@ -14,8 +14,6 @@ bodies at least the one that changed last has an entry that covers the other, an
 a plan of its bodies is dropped. That is O(n) a contact, with some two exact ticks.
 """
 
-from __future__ import annotations
-
 import heapq
 import itertools
 import math

@@ -8,8 +8,6 @@ any degree, all places at which it goes below 0 or comes back from there. No roo
 and 2 are where the bisection begins, which makes it short.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import isqrt

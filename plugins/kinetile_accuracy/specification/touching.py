@@ -6,8 +6,6 @@ the face, or beside a corner, and whether it comes nearer. Lengths are integers,
 Nothing here is shared with the kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 

@@ -5,8 +5,6 @@ overlap* of two discs in the snapshots of the method in a unit of time, in radii
 missed*: the share of these (``methods``) that the method does not have, over many scenes.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Sequence

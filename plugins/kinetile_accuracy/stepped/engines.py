@@ -2,8 +2,6 @@
 name for bodies whose contacts with each other are detected continuously. A timed run only calls the engine's
 step (from Python: about a microsecond a call). Results are of other, watched runs."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator
@@ -18,8 +16,8 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.errors import Refused
-from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP
 from kinetile.lazy import needed
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.stepped import snapshots
 from kinetile_accuracy.stepped.snapshots import STEPPED, Floats, SteppedRun
 

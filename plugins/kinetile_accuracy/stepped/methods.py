@@ -9,8 +9,6 @@ Times are processor time of the loop alone (static construction included, set-up
 median of at least five runs, in which the methods take turns. Errors are taken from other runs.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Callable, Sequence

@@ -10,8 +10,6 @@ into its second half, in which the discs part, it gets no impulse. With S = v dt
 impact parameters alike, S^2/6 of encounters pass without an impulse, as long as S is small. Walls are exact.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
@@ -24,8 +22,8 @@ import numpy.typing as npt
 
 from kinetile import Scene
 from kinetile.errors import Refused
-from kinetile.instruments import BOTTOM, LEFT, RIGHT, TOP, compose, disowned, make_ready, to_be_filled_in
-from kinetile.toolbox import hook
+from kinetile.instruments import compose, disowned, make_ready, to_be_filled_in
+from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, hook
 
 Floats = npt.NDArray[np.float64]
 _ROOM = 1 << 14

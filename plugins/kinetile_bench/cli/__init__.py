@@ -1,7 +1,5 @@
 """Commands that measure speed: ``choose``, ``bench`` with its benchmarks, and ``study``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import typer

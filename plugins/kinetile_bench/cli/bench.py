@@ -3,8 +3,6 @@
 Numerical modules are imported inside the commands, so that ``--help`` is quick.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Results of benchmarks and studies as printed tables, for each kind of result."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import singledispatch
 from math import isfinite

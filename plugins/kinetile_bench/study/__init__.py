@@ -1,7 +1,5 @@
 """Studies: tables of scenes, phases and seeds, run task by task, stopped, continued and read."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

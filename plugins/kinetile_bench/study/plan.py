@@ -5,8 +5,6 @@ parameter that takes several numbers itself, such as ``radii``, has lists in a l
 are reported at once, each with its path, and none twice: what cannot be used is left out of later checks.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Mapping

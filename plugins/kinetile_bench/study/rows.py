@@ -6,8 +6,6 @@ phase, has two fingerprints, all its rows have the status "disagrees", and each 
 a study runs it holds a lock, an open transaction on an empty file, which ends with the process.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sqlite3

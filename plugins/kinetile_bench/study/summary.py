@@ -1,7 +1,5 @@
 """What the rows of a study come to: means over seeds with standard errors, and ratios paired by seed."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections import Counter

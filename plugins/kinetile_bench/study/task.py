@@ -2,8 +2,6 @@
 *course* where they must have one list of contacts: the same scene to the same end, by the same code. Code
 changes under one version, so foreign plugins go by a digest of their sources as well."""
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import json

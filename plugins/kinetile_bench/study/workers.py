@@ -1,7 +1,5 @@
 """Tasks on an executor: the user's, or processes of this machine that end with the one that started them."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -6,8 +6,6 @@ events, candidate pairs, the queue) are the same on every machine. Times are pro
 static construction included, compilation apart: a short run is repeated, and the phases take turns.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 import time

@@ -1,8 +1,6 @@
 """Figures 23 and 24 of the thesis, from the cells of a run: CPU time over discs, and shares of events; and a
 third, structural events a contact over discs, which are the same on every machine."""
 
-from __future__ import annotations
-
 import statistics
 from operator import truediv
 from pathlib import Path

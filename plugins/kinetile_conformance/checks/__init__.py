@@ -1,8 +1,6 @@
 """The checks: all that a broad phase must do, in the order in which they are run and reported. ``table.toml``
 has for each strategy the observations that are made on its scenes, and on how many of them."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,8 +1,6 @@
 """A check: a cell of the table of strategies and observations. An observation looks at one scene, which a
 strategy draws, under a phase, and raises ``Disagreement`` where something is not as it must be."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal

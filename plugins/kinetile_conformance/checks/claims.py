@@ -2,8 +2,6 @@
 or beside it, its process or its thread, what else a scene says, and the view of a scene: one that is
 enlarged, moved, slowed, or begun later, by powers of two and dyadic shifts, so that nothing is rounded."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress

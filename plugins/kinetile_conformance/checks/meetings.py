@@ -24,7 +24,6 @@ from kinetile.errors import ZenoError
 from kinetile.instruments import (
     FIRST,
     TICKS,
-    WALLS,
     column,
     compose,
     composition_of,
@@ -36,7 +35,7 @@ from kinetile.instruments import (
     said_tick,
     to_be_filled_in,
 )
-from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, Kernel, PairParts, WallParts
+from kinetile.toolbox import BOTTOM, LEFT, NEVER, NOBODY, RIGHT, TOP, WALLS, Kernel, PairParts, WallParts
 from kinetile_conformance.cases import GENERAL, difference, horizon, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, STEPS, watch

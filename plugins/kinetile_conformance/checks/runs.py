@@ -1,8 +1,6 @@
 """Observations of a run: its contacts and its end, compared with the reference's whatever was done at its
 stops, and what holds at these: that is often broken long before a contact is missed, and names the fault."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress

@@ -2,8 +2,6 @@
 hooks write, and where they read, is watched on fixed scenes, interpreted (``watched_hooks``): a breach, named
 with hook, field and line, often has no effect on any contact there."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import locale

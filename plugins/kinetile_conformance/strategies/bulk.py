@@ -6,8 +6,6 @@ bodies and a hundred thousand contacts, so slow that the base of the clock moves
 overflows, a tick that is not named in ``ticks`` is out of date, and small errors add up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -3,8 +3,6 @@
 All factors are powers of two, so rounding does not make a scene another one.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

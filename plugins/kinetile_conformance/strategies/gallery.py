@@ -1,8 +1,6 @@
 """Fixed scenes: the gallery that every phase is shown, and few bodies of all kinds, for interpreted hooks
 whose memory is watched: crowds and lone bodies, walls and none, turns, sizes, places far from the origin."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

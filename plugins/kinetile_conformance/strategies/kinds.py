@@ -2,8 +2,6 @@
 responses for kinds that no body has, so that one loop serves all of them. A phase that does not accept bodies
 that pass is shown the scenes without that rule (``acceptable``)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress

@@ -7,8 +7,6 @@ So most rules do several things at once, a quarter of the scenes has four times 
 are left out of each, which makes runs of one kind of command.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from contextlib import suppress

@@ -1,8 +1,6 @@
 """Scenes of convex bodies: the small scenes, with other shapes, as wide as the discs, in their places, among
 obstacles or not: boxes touch, or slide along each other with a gap of 0, and capsules lie end to end."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cache

@@ -5,8 +5,6 @@ start, graze, or move together. Wide floats, great ratios of size and places far
 realism. A body, of two or more, is drawn as a whole. Masses are equal but for great ratios of size.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """A strategy: what is drawn by Hypothesis, from one number each, or fixed; one seed has the same scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

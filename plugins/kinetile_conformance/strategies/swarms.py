@@ -6,8 +6,6 @@ swarm's kind, its number of bodies, a seed, and a variation. Every body begins i
 none overlap. All masses are equal, for few loops.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial

@@ -1,8 +1,6 @@
 """Scenes on periodic axes, from one body to forty: on borders and in corners, written some periods away, in
 boxes up to twenty times as long as wide, in which some fly thousands of periods. All have kinds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -49,8 +49,6 @@ adjacent. If a is left of b there, what counts is how far a reaches to the right
 neither is more than r and delta; likewise below and above.
 """
 
-from __future__ import annotations
-
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite

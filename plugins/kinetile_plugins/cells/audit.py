@@ -6,8 +6,6 @@ cells around its own of all coarser levels, and nowhere else; each certificate i
 plan says that an edge is reached; and no cell, without its slack, is narrower than bodies of its level.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterator

@@ -2,8 +2,6 @@
 sizes). A body is near those at home and the guests around it in its own level, and those at home around it in
 each coarser one; either side finds the other."""
 
-from __future__ import annotations
-
 import math
 
 from kinetile.toolbox import NOBODY, Kernel, hook, larger, prefetch, unchecked

@@ -40,8 +40,6 @@ p(x, y) = (x + C y) mod N.
   a quotient that is not whole is at least 1 / N from the next whole number: its floor is right.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

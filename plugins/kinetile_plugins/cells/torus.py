@@ -12,17 +12,14 @@ body leaves. (In a long, thin torus a body goes round the short axis thousands o
 An axis that is not periodic has a column more than the arena, as in ``layout.py``: its ends are apart.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
 from kinetile.scene import Scene
-from kinetile.toolbox import Kernel, positions_now
+from kinetile.toolbox import Kernel, positions_now, with_constants
 from kinetile_plugins.cells import layout, uniform
 from kinetile_plugins.cells.layout import State
-from kinetile_plugins.constants import with_constants
 
 _hooks = with_constants(
     (

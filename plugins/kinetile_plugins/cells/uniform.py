@@ -1,7 +1,5 @@
 """The hooks where one level of cells serves all bodies: the usual case, and the fastest."""
 
-from __future__ import annotations
-
 import math
 
 from kinetile.toolbox import NEVER, Kernel, Records, hook, larger, prefetch, schedule, smaller, unchecked

@@ -7,8 +7,6 @@ Files: ``web`` the stored structure; ``certificates`` when edges fail; ``events`
 ``audit`` every invariant, slowly. This file has the class, and the drawing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -5,8 +5,6 @@ what the certificates allow: no triangle is turned over, and no site is more tha
 triangle beside it, now and at times up to the tick at which its edge is said to fail.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -13,8 +13,6 @@ An edge is watched for the body that *owns* it: its end with the smaller number,
 tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from kinetile.toolbox import (

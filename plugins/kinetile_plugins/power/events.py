@@ -5,8 +5,6 @@ around it flip that fail. A removal is the reverse: its edges flip in the order 
 point was raised over the lifted surface, until three are left.
 """
 
-from __future__ import annotations
-
 from kinetile.toolbox import Kernel, hook, offer, unchecked
 
 from .certificates import enlist, fails, owned, ring, settle, spot, sunk, turn, watch, watch_around

@@ -6,8 +6,6 @@ triangle on the left. That of triangle t are 4t, 4t + 1 and 4t + 2, and the plac
 half-edge on the other side of an edge is its twin; those of the hull have none. There are 2n + 2 triangles.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -2,8 +2,6 @@
 worst cases (figures 10, 11 and 16), in which a broad phase excludes little or nothing, without coordinates;
 these are discs that show what its captions say. Figures 11 and 16 come apart as they move."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

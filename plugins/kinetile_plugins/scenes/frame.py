@@ -1,7 +1,5 @@
 """The recipe ``frame``: a frame of another program's file, extended XYZ or GSD, as a scene."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

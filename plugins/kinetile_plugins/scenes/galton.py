@@ -1,7 +1,5 @@
 """Galton's board: balls fall among pegs, and count themselves below by the binomial law, nearly."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ radii grow in steps between runs: two that would meet take half of the gap betwe
 every disc the size of the smallest, relative to its final radius, and ``RATE`` more, so none stays small.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -13,8 +13,6 @@ few sizes and velocities, and the discs that are moved along their line until th
 - ``turns`` are changes of velocity at multiples of 1/16, where many contacts are.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

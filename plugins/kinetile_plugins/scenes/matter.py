@@ -5,8 +5,6 @@ Maxwell's distribution at a temperature, which is the mean kinetic energy of a b
 Between walls that is kT; on a torus kT is N/(N - 1) of it (docs/observables.md).
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -12,8 +12,6 @@ series do. The largest term is multiplied exactly (Dekker, 1971). Of 200,000 ang
 0.521 units in the last place.
 """
 
-from __future__ import annotations
-
 import decimal
 import math
 from decimal import Decimal

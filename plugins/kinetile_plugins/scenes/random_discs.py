@@ -8,8 +8,6 @@ disc has a site drawn at random, with room for the largest. Below the density of
 forget the lattice within some tens of contacts each. If it has no room either, the scene is refused.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import chain, count, islice

@@ -45,8 +45,6 @@ each has flown V q further. Making all discs smaller by so much that they are ap
 for all of it, besides the 24 rho + 6 V q by which 2.5 delta is more than needed: enough from three discs on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -20,8 +20,6 @@ The invariants, with their numbers:
   its owner is queued for its first. Exactly: to the tick.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -7,8 +7,6 @@ which tiles are computed together.
 A body owns the three tiles at its left ports, and is in the queue for the first of them to fail.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from kinetile.toolbox import (

@@ -9,8 +9,6 @@ those are on it that lie across the place where it began, and after the second t
 across. So the third links all ports as they are, whatever the first two linked.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kinetile.toolbox import Kernel, hook, positions_now, reaches_of

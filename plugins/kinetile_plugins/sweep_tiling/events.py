@@ -9,8 +9,6 @@ The line of an insertion or a removal never crosses another body, for its disc d
 could also be caused by moving bodies, and leaves a web that is right for the present line.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -16,8 +16,6 @@ numbers: the rules are about bodies, bounds, ports, ends and tiles, and a tile i
 On a cylinder a link has the number of its periods, between unwrapped places; without a body there is no tile.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

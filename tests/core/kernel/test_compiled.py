@@ -1,7 +1,5 @@
 """The fingerprint of a compiled loop, without which stale code would run, and the cache on the disk."""
 
-from __future__ import annotations
-
 import ast
 import enum
 import errno
@@ -177,6 +175,11 @@ def test_a_function_that_was_called_apart_and_became_a_hook_was_called_at_no_add
 def test_a_global_was_changed_by_a_hook_for_as_long_as_it_ran_as_python():
     with pytest.raises(TypeError, match="hook assigns to a global variable; a hook keeps values in its"):
         hook_of("@mark\ndef hook():\n    global count\n    count = 1\n", mark=compiled.hook)
+
+
+def test_a_constant_that_no_hook_names_is_refused():
+    with pytest.raises(TypeError, match="no hook names PERIODC"):
+        compiled.with_constants([compiled.larger], PERIODC=True)
 
 
 def test_what_is_called_apart_is_loaded_and_called():

@@ -56,7 +56,7 @@ def test_a_log_grows_with_the_bodies_that_a_command_may_find(monkeypatch, record
         kt.Scene(place[:2], np.zeros((2, 2)), [0.5, 0.5], arena=(14.0, 14.0), **more), "naive"
     )
     rows = []
-    with sim._engine.ledger.recording(rows.extend if recorded else None, sim):
+    with sim._engine.ledger.recording(rows.extend if recorded else None):
         for _ in range(40):
             sim._engine.chunk(2**52, 2**60)
     assert len(sim.bodies) == 12

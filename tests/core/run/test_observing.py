@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from kinetile import Collisions, Moment
 from kinetile.errors import BadOption, PhaseError, UnknownName, ZenoError
 from kinetile.records import Trajectory
-from kinetile.run.moment import Moment
-from kinetile.run.observing import Collisions
 from kinetile.statistics import Blocks
 from lanes import first
 from player_pages import SCENES

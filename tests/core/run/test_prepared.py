@@ -26,10 +26,10 @@ def test_the_room_of_a_run_was_a_hidden_attribute_of_its_scene() -> None:
 def test_in_the_middle_of_a_run_a_scene_keeps_its_clock_and_its_rules() -> None:
     contents = contents_at_start(SCENE)
     contents = contents._replace(plans=contents.plans[:1])
-    left = present_scene(contents, SCENE, 3)
+    left = present_scene(contents.plans, contents.clock["now"], SCENE, 3)
     assert not kt.Scene([(1, 1)], [(600, 0)], 0.25, arena=(4, 4))._ruled, "the immovable body has gone"
     assert left._ruled
     assert (len(left), left.capacity) == (1, 3)
     assert left.time_unit == SCENE.time_unit < 1.0
     assert left.commands == ()
-    assert present_scene(contents, left, 3)._ruled
+    assert present_scene(contents.plans, contents.clock["now"], left, 3)._ruled

@@ -1,7 +1,5 @@
 """What the instruments of accuracy refuse: the rows of ``messages.toml``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """What the kit cannot judge: the rows of ``messages.toml``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from messages import table

@@ -8,10 +8,10 @@ import pytest
 
 import kinetile as kt
 from command_line import kinetile, printed, refused
+from kinetile import Observable
 from kinetile.errors import BadOption, PhaseError, RecordError
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.plugin.registry import registry
-from kinetile.run.observing import Observable
 from lanes import first
 from registering import registered
 

@@ -21,8 +21,6 @@ with accelerations, of **CELLS = 160**. The periods of an image are such a lengt
 2^32, less than a count: its digits are added before carrying, each below 2^58.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, TypeAlias
 

@@ -152,8 +152,6 @@ after it, and what is shown of Q in the whole of it is true from ``since`` on; a
 that have met are left to whole numbers.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

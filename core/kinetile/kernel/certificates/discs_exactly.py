@@ -24,8 +24,6 @@ beyond the cells: 2^-201 times 2^-1904, brought to 53 bits, is 2^-2158 and begin
 has no room, or is no finite number, has no contact: ``NEVER``.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

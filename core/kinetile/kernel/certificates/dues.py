@@ -4,8 +4,6 @@ A table has a row for each body. Of w certificates the last w numbers of the row
 before them is the lesser of 2 v and 2 v + 1. So number 1 is the first of all.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kinetile.kernel.certificates.structural import Integers, schedule

@@ -5,8 +5,6 @@ and a field that is a constant there is one after inlining, so what is not perio
 and what is not accelerated none for accelerations.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from kinetile.kernel.compiled import hook, with_accelerations

@@ -12,8 +12,6 @@ below zero and is not so any more: then it is convex and rises, and stays above.
 A value in doubles is off by 2^-100 of its size where there is room (``has_room``); else whole numbers decide.
 """
 
-from __future__ import annotations
-
 from kinetile.kernel.certificates.discs_exactly import gap_sign_exactly
 from kinetile.kernel.certificates.separation import Way, place_at, time_of
 from kinetile.kernel.certificates.walls import has_room, reaches

@@ -79,8 +79,6 @@ of the ticks, of the accelerations times their squares. Where a number that is s
 less than one of it, it is 0: that settles ties, on lattices of small dyadic numbers all the time.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -79,8 +79,6 @@ holds. ``AWAY`` has d less a corner for the vector, off by 2^-101 X itself: as m
 rounds off u of a size: **2^-48** is 32 u.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -10,8 +10,6 @@ Rows are those of ``discs_exactly``, among them H, half the acceleration times t
 for the square of a count.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.kernel.certificates.digits import (

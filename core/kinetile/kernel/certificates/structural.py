@@ -5,8 +5,6 @@ fail is decided by the sign of its rate alone, never by comparing times with now
 is simply the next event (thesis, section 5.2).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -23,8 +23,6 @@ one at which it does not, is the first. The discriminant says only that there is
 its terms.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.kernel.certificates.digits import LIMIT, as_count

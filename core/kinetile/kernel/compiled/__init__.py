@@ -49,6 +49,7 @@ from kinetile.kernel.compiled.hooks import template as template
 from kinetile.kernel.compiled.hooks import to_be_filled_in as to_be_filled_in
 from kinetile.kernel.compiled.hooks import unchecked as unchecked
 from kinetile.kernel.compiled.hooks import with_accelerations as with_accelerations
+from kinetile.kernel.compiled.hooks import with_constants as with_constants
 from kinetile.kernel.compiled.hooks import with_field as with_field
 from kinetile.kernel.compiled.hooks import with_shapes as with_shapes
 from kinetile.kernel.compiled.views import disowned as disowned

@@ -6,8 +6,6 @@ this file is imported: one that is not there, or lacks a member that kinetile ov
 one sentence, before anything is compiled.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable, Iterable
 from functools import cache, partial

@@ -19,8 +19,6 @@ all such entries. Only regular files are opened. A folder that cannot be written
 that ``kinetile cache warm`` has filled; what it lacks is compiled by each process, and the log says so.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import logging

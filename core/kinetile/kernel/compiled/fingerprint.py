@@ -3,8 +3,6 @@
 Numba's own cache looks at one file's date only, and would serve old machine code after a change in a phase.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sys

@@ -9,17 +9,14 @@ it by a name only, which is given an address when that code is compiled or comes
 fingerprint, so old machine code refers to old names.
 """
 
-from __future__ import annotations
-
 import gc
 import inspect
-import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from opcode import opmap
 from types import FunctionType
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast, get_type_hints
 
 import numpy as np
 
@@ -183,6 +180,27 @@ def unchecked(function: F) -> F:
     return function
 
 
+def with_constants(hooks: Iterable[Hook], **constants: object) -> dict[str, Any]:
+    """Returns hooks by their names, with these constants in place of global names; a hook that calls others
+    comes after them, and calls those of the result.
+
+    A branch on a name of the module, like ``if PERIODIC:``, is decided when the hook is compiled. So one text
+    serves several kinds of scenes, and a loop has no code for what its scene does not have. Raises TypeError
+    for a constant that no hook names.
+    """
+    hooks = list(hooks)
+    used = {name for each in hooks for name in python_of(each).__code__.co_names}
+    if unused := sorted(constants.keys() - used):
+        raise TypeError(f"no hook names {', '.join(unused)}")
+    made: dict[str, Any] = dict(constants)
+    for each in hooks:
+        usual = python_of(each)
+        code, names = usual.__code__, usual.__globals__ | made
+        again = hook(FunctionType(code, names, usual.__name__, usual.__defaults__, usual.__closure__))
+        made[usual.__name__] = again if is_checked(each) else unchecked(again)
+    return made
+
+
 _EMPTY = lambda k, a: None, lambda k, a, b: None, lambda k, a, b, c: None, lambda k, a, b, c, d: None
 NOTHING = {each.__code__.co_argcount: unchecked(hook(each)) for each in _EMPTY}
 """Hooks that do nothing, by how many arguments they take."""
@@ -221,15 +239,12 @@ def is_hook(value: Any) -> bool:
     return hasattr(value, "py_func")
 
 
-def _kind(annotation: str, names: Mapping[str, Any]) -> Any:
-    kinds = {"float": types.float64, "int": types.int64, "Numbers": types.CPointer(types.float64)}
+def _kind(annotation: Any) -> Any:
+    kinds = {float: types.float64, int: types.int64, Numbers: types.CPointer(types.float64)}
     if annotation in kinds:
         return kinds[annotation]
-    fields = names[annotation]
-    there = vars(sys.modules[fields.__module__])
-    return types.BaseTuple.from_types(
-        [_kind(each.__forward_arg__, there) for each in fields.__annotations__.values()], fields
-    )
+    fields = get_type_hints(annotation)
+    return types.BaseTuple.from_types([_kind(each) for each in fields.values()], annotation)
 
 
 class _Apart:
@@ -239,7 +254,7 @@ class _Apart:
         digest, _ = fingerprint(function, tuple)
         self.function = function
         self.name = f"kinetile_{function.__name__}_{digest}"
-        *kinds, result = (_kind(each, function.__globals__) for each in function.__annotations__.values())
+        *kinds, result = (_kind(each) for each in get_type_hints(function).values())
         self.signature = result(*kinds)
         self.address: int | None = None
 

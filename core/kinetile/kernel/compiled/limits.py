@@ -1,7 +1,5 @@
 """Limits of a process, enforced by the system: a compiled loop cannot be interrupted from within."""
 
-from __future__ import annotations
-
 import math
 import signal
 import time

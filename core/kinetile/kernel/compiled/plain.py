@@ -1,8 +1,6 @@
 """The tables as Python takes them, and what stands in hooks for views: called from Python, a function of
 ``views`` is the one of the same name here."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 from operator import itemgetter
 from typing import Any, TypeVar, cast

@@ -17,8 +17,6 @@ Authors may use NumPy indexing and slicing, so ``composer`` passes the same tabl
 hook returns is an index of the loop: ``kernel.loop.checked`` compares it first.
 """
 
-from __future__ import annotations
-
 import hashlib
 import operator
 from functools import cache

@@ -9,8 +9,6 @@ of it. In a small scene this costs more than it saves, so it is composed only fr
 that the two bodies of the contact at the head are prefetched, when its exact tick is computed.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in

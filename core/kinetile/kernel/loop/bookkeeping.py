@@ -5,8 +5,6 @@ Rows name bodies by their numbers. Each contact is counted; the loop stops at on
 reports what cannot be: jams, and overlaps that rounding does not explain.
 """
 
-from __future__ import annotations
-
 import math
 
 from kinetile.kernel.clock import SPAN

@@ -5,8 +5,6 @@ takes it and another one, from 0, and with where the numbers of each phase begin
 0, as it does where it is alone (``numbers_from``).
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -11,8 +11,6 @@ is faster than a heap because one entry is touched and not a path of them.
 The order is total and owes nothing to the calendar (``precedes``).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in

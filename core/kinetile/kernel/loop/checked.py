@@ -8,8 +8,6 @@ Two that have met are barred from each other until one of them has another plan,
 of what the last one has left. So a response that leaves them closing in would let them through each other.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any

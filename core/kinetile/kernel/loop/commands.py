@@ -13,8 +13,6 @@ than rounding explains (``ROOM`` of the radii). Otherwise the command is refused
 is another kind of a body that is passing through one which it would meet then (rule 11k).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -5,8 +5,6 @@ Each template runs one event at the head of the queue, at its tick, and returns 
 has made sure of that.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in

@@ -1,7 +1,5 @@
 """Hooks in the place of those that a phase does not have, which return a value (others: ``NOTHING``)."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from kinetile.kernel.compiled import hook, unchecked

@@ -34,8 +34,6 @@ its ``guard``), and if neither body can be at a wall by then. By the same reason
 failures and walls are later than t, with no tie. ``Simulation(..., audit=N)`` checks all of it, slowly.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kinetile.kernel.compiled import disowned, larger, smaller, template, to_be_filled_in, with_shadows

@@ -33,8 +33,6 @@ Five rules keep it:
 For this a broad phase must name every body that becomes near (``repair``, ``offer``), and none that parts.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in

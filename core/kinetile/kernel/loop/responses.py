@@ -13,8 +13,6 @@ again whenever one of the two plans changes. The parting awaits the elder of the
 of those ticks. For a pair that is passing no contact is computed, but through other images.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

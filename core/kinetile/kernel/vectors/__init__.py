@@ -11,8 +11,6 @@ Called from Python, the same names are NumPy arrays of eight, and that is their 
 written twice, here and in ``intrinsics``, and a test compares the two.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any, TypeAlias

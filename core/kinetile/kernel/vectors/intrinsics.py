@@ -5,8 +5,6 @@ name with an underscore. Rows of a table are loaded and stored in one piece: a l
 smaller stores has to wait until all of them are done.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable, Iterator
 from inspect import signature

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +18,6 @@ from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import PAGE, ROW, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
-
-if TYPE_CHECKING:
-    from kinetile.run.moment import Moment
 
 KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
@@ -37,21 +34,6 @@ _NOTHING = nullcontext()
 
 RowFunction = Callable[[npt.NDArray[np.void]], None]
 """A function of rows of the log (``kinetile.kernel.log.LOG``), or of contacts."""
-
-
-@runtime_checkable
-class Recorder(Protocol):
-    """Takes the rows of runs, chunk by chunk, and learns when one begins and ends; or a function of rows."""
-
-    def begin(self, moment: Moment, before: int) -> None:
-        """Called when a run begins, with its present moment, which follows the run, and the number of rows
-        that the simulation had before the first one to come."""
-
-    def __call__(self, rows: npt.NDArray[np.void]) -> None:
-        """Takes the next rows (dtype LOG)."""
-
-    def end(self, time: float) -> None:
-        """Called when a run has ended, in whichever way, at the present time: all rows up to it are there."""
 
 
 ContactRow = tuple[int, int, int, int]
@@ -173,10 +155,14 @@ class Ledger:
         """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
         return self.holds_rows or self._recorder is not None
 
+    @property
+    def rows_that_wait(self) -> int:
+        """How many rows wait for a recorder."""
+        return sum(map(len, self._that_wait()))
+
     def recording(
         self,
-        recorder: Recorder | RowFunction | None,
-        moment: Moment,
+        recorder: RowFunction | None,
         counter: RowFunction | None = None,
         observer: RowFunction | None = None,
     ) -> AbstractContextManager[None]:
@@ -186,22 +172,17 @@ class Ledger:
         self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer
         nobody = recorder is counter is observer is None
-        return _NOTHING if nobody else self._read(waiting, recorder, moment)
+        return _NOTHING if nobody else self._read(waiting)
 
     @contextmanager
-    def _read(self, waiting: Sequence[Any], recorder: Any, moment: Moment) -> Iterator[None]:
-        learns = recorder if isinstance(recorder, Recorder) else None
+    def _read(self, waiting: Sequence[npt.NDArray[np.void]]) -> Iterator[None]:
         try:
-            if learns is not None:
-                learns.begin(moment, self.rows - sum(map(len, waiting)))
-            if recorder is not None:
+            if self._recorder is not None:
                 for rows in waiting:
-                    recorder(rows)
+                    self._recorder(rows)
             yield
         finally:
             self._recorder = self._counter = self._observer = None
-            if learns is not None:
-                learns.end(moment.time)
 
     def take(self, k: Kernel, fields: Fields, rows: int) -> None:
         """Takes over the rows of the loop's log, a number since the start, and empties the log."""

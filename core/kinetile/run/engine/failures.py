@@ -1,8 +1,6 @@
 """Errors for faults of the compiled loop, of which it leaves a number and two slots: each with a type, a
 time, the numbers of the bodies, the responsible phase, and the correct behaviour."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

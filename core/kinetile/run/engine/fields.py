@@ -2,8 +2,6 @@
 ``k.clock[0].now`` makes two objects of NumPy's, for two microseconds, some hundred times between two frames
 of a game; a view of a field's eight bytes that is made once costs a twentieth of that."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 

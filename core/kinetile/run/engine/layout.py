@@ -4,8 +4,6 @@ of a run whose phases are prepared again.
 All of them are new objects, which the engine adopts: if a phase refuses, the old ones stay in use.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -206,7 +204,7 @@ def renewed(
     contents, slots = contents_of(k), len(k.bodies)
     needed = len(contents.plans) + (0 if coming is None else len(coming))
     capacity = max(2 * slots, needed, LEAST) if roomy or needed > slots else slots
-    present = present_scene(contents, scene, capacity, coming)
+    present = present_scene(contents.plans, contents.clock["now"], scene, capacity, coming)
     new = _renewed(k, contents, scene, composition.prepared_for(present))
     if coming is not None:  # all before it has happened: where a run has stopped does not count
         new.k.clock.now = coming.tick[0]
@@ -220,7 +218,9 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
     commands = k.commands[first : first + many]
     if int(commands[0].code) == INSERTED:
         contents = contents_of(k)
-        composition = composition.prepared_for(present_scene(contents, scene, 0, commands))
+        composition = composition.prepared_for(
+            present_scene(contents.plans, contents.clock["now"], scene, 0, commands)
+        )
         new = _renewed(k, contents, scene, composition)  # with empty slots
         clear(new.k)  # a passing that begins files its bodies
         carry_out = composition.carrying_out()
@@ -230,7 +230,7 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
     aside = Kernel(*(table.copy() for table in k))._replace(met=k.met, log=k.log)
     composition.carrying_out()(aside, composition.broad.state)
     contents = contents_of(aside)
-    composition = composition.prepared_for(present_scene(contents, scene, 0))
+    composition = composition.prepared_for(present_scene(contents.plans, contents.clock["now"], scene, 0))
     return _renewed(aside, contents, scene, composition)
 
 

@@ -6,8 +6,6 @@ has compiled is not compiled again: the lock is on the folder of the cache, leav
 the system when a process dies. Ctrl-C in a terminal ends it with the run.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle

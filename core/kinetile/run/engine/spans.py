@@ -7,8 +7,6 @@ second span for each body, or every second beat on a torus, because the rounding
 (docs/specification.md, rule 8). All of a body's anchorings in a step are a few operations (``flown``).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from itertools import product

@@ -2,8 +2,6 @@
 Tables of the kernel are made from it alone. Bodies go by their numbers: a slot is a place in the tables of
 one engine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 

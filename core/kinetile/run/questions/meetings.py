@@ -6,8 +6,6 @@ the first of either of its bodies with any body or wall, and none of them is to 
 two bodies that are passing through each other the end of the passing is the next row.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from operator import itemgetter

@@ -5,8 +5,6 @@ So each question is one of a place and a convex polygon: for a point or a ray th
 difference of box and core. The circle around each body comes first. All is computed in doubles.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field

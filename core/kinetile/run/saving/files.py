@@ -12,8 +12,6 @@ directory, so the checksum is over all bytes, and nothing is used before it is v
 numbers, text and names of phases, and no code.
 """
 
-from __future__ import annotations
-
 import copyreg
 import hashlib
 import json

@@ -115,7 +115,8 @@ def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
             "same"
         )
     table = widened(scene, snapshot.state.shapes, snapshot.state.pull)
-    present = present_scene(snapshot.state.contents, table, composition.prepared.capacity)
+    contents = snapshot.state.contents
+    present = present_scene(contents.plans, contents.clock["now"], table, composition.prepared.capacity)
     return Engine(scene, composition.prepared_for(present), state=snapshot.state)
 
 

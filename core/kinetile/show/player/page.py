@@ -6,8 +6,6 @@ of numbers by significance, deflated, in base64: all first bytes, then all secon
 well. The browser's own ``DecompressionStream`` decodes them (``script/run/columns.mjs``).
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import re

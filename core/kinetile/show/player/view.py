@@ -1,7 +1,5 @@
 """A view of a run: a page, to be saved, opened, or shown in a notebook."""
 
-from __future__ import annotations
-
 import html
 import os
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The narrow phase squares, as kinetile finds it; its own module is imported when somebody selects it."""
 
-from __future__ import annotations
-
 import kinetile as kt
 
 __all__ = ["kinetile_narrow_phases"]

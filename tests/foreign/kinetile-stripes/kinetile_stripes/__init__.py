@@ -1,7 +1,5 @@
 """The stripes broad phase, as kinetile finds it; its own module is imported when somebody selects it."""
 
-from __future__ import annotations
-
 import kinetile as kt
 
 __all__ = ["kinetile_broad_phases"]

@@ -10,8 +10,6 @@ those in the stripe beyond. Stripes are numbered without bound, so a scene needs
 stripe is found by its number modulo the number of lists, and one list may hold several stripes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Runs against the oracle: what agrees, what is noticed when it does not, and the hard scenes one by one."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The engines: that they run the scene they are given, and tell what they find."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
