@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
+from inside import engine_of
 
 
 def state_of(sim: kt.Simulation) -> Any:
-    sim._engine.build()
-    return sim._engine.state
+    sim.build()
+    return engine_of(sim).state
 
 
 def in_the_open(scene: kt.Scene, shift: tuple[float, float] = (0.0, 0.0)) -> kt.Scene:

@@ -12,6 +12,7 @@ import numpy as np
 
 import agreement
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import ZenoError
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop import BUDGET_SPENT
@@ -107,7 +108,7 @@ class Steps:
 
     def __init__(self, scene: kt.Scene, phase: str = "sweep-tiling", **options: Any) -> None:
         self.sim = kt.Simulation(scene, phase, options=options, narrow_phases=SHARED)
-        self.engine = self.sim._engine
+        self.engine = engine_of(self.sim)
         self.phase = phase
         self.events = 0
         self.engine.build()

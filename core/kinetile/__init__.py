@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from kinetile.run.advance import Ended as Ended
     from kinetile.run.advance import Event as Event
     from kinetile.run.arguments import StopAt as StopAt
+    from kinetile.run.asked import distance as distance
     from kinetile.run.moment import Moment as Moment
     from kinetile.run.moment import Recorder as Recorder
     from kinetile.run.observing import Collisions as Collisions
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import Inserted as Inserted
     from kinetile.run.simulation import Progress as Progress
     from kinetile.run.simulation import Simulation as Simulation
-    from kinetile.run.simulation import distance as distance
     from kinetile.run.simulation import resume as resume
     from kinetile.scene import Accelerate as Accelerate
     from kinetile.scene import Insert as Insert

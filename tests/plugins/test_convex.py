@@ -15,6 +15,7 @@ import convex_scenes
 import kinetile as kt
 from by_the_rules import rows
 from convex_questions import Question, drawn_shape
+from inside import engine_of
 from kinetile.errors import SceneError, ZenoError
 from kinetile.kernel.loop.predictions import FAR, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
@@ -97,7 +98,7 @@ def test_bounds_are_never_late(seed):
     sim, n, bounds = kt.Simulation(scene, "naive"), len(scene), []
     for contacts in (0, 2, 5):
         sim.run(until=10.0, max_contacts=contacts)
-        k, now = sim._engine.k, int(sim._engine.k.clock[0].now)
+        k, now = engine_of(sim).k, int(engine_of(sim).k.clock[0].now)
         k.near[:n] = range(n)
         for body in range(n):
             soon, rest, who = soonest(k, body, n, NOBODY, now)
@@ -151,7 +152,7 @@ def test_a_cast_shape_meets_what_rationals_say(seed):
     scene = convex_scenes.drawn(seed) if shaped else kt.make_scene("lattice", bodies=9, seed=seed)
     sim = kt.Simulation(scene, "naive")
     sim.run(until=5.0 * scene.time_unit, max_contacts=rng.randrange(4))
-    k = sim._engine.k
+    k = engine_of(sim).k
     now, frame = int(k.clock[0].now), Frame(None, unit_bits(scene))
     discs = [kt.disc(radius) for radius in scene.radius.tolist()]
     shapes = [scene.shapes[each] for each in scene.shape.tolist()] if scene.shapes else discs

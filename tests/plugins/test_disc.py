@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
 from kinetile.run.simulation import composition_of
@@ -21,7 +22,7 @@ sizes = st.floats(1e-6, 1e6)
 def tables(places, velocities, anchors=(0, 0)):
     """Return the tables of two discs of radius 0.5, with their plans as given."""
     far = [(0.0, 0.0), (8.0, 8.0), (-8.0, 8.0)]
-    k = kt.Simulation(kt.Scene(far, [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], 0.5), "naive")._engine.k
+    k = engine_of(kt.Simulation(kt.Scene(far, [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], 0.5), "naive")).k
     for body in range(2):
         k.bodies[body].x, k.bodies[body].y = places[body]
         k.bodies[body].vx, k.bodies[body].vy = velocities[body]

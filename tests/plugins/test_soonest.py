@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.flight import note_place
@@ -24,7 +25,7 @@ CLOSE = 2.0**-30
 
 def tables(scene: kt.Scene, ahead: int = 0) -> Kernel:
     """Return a scene's tables, with its skin; the common clock stands ``ahead`` ticks after the start."""
-    engine = kt.Simulation(scene, "naive")._engine
+    engine = engine_of(kt.Simulation(scene, "naive"))
     move_clock(engine, ahead)
     return for_both_forms(engine.k)
 
@@ -187,7 +188,7 @@ def test_bodies_of_one_radius_and_mass_that_stay_so_have_hooks_without_them(diff
     others = {name: [getattr(scene, name)[0]] * 8 + [number] for name, number in different.items()}
     parts = Disc().prepare(replace(scene, **others))
     assert (parts.soonest, parts.collide) == (soonest, collide)
-    assert kt.Simulation(scene, live=True)._engine.composition.pair.soonest is soonest
+    assert engine_of(kt.Simulation(scene, live=True)).composition.pair.soonest is soonest
 
 
 @pytest.mark.parametrize("density", [0.5, 0.01])
@@ -195,8 +196,8 @@ def test_ordinary_bounds_are_close_to_the_contact(density):
     """Else every contact would be asked for twice."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=density, seed=2), "naive")
     sim.run(max_contacts=25)
-    sim._engine.build()
-    k = for_both_forms(sim._engine.k)
+    sim.build()
+    k = for_both_forms(engine_of(sim).k)
     now = int(k.clock[0].now)
     bounded = 0
     for body in range(49):

@@ -5,6 +5,7 @@ import pytest
 
 import kinetile as kt
 import torus_scenes
+from inside import engine_of
 from kinetile.errors import AuditError
 from kinetile.kernel.pairs import add_pair, remove_pair
 from kinetile.kernel.tables import NEVER, STRUCTURAL
@@ -35,7 +36,7 @@ def box(position, velocity, radius) -> kt.Scene:
 
 def lists(sim: kt.Simulation) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds on x from left to right, and the ticks and places of all, to be changed in place."""
-    return sim._engine.state.order[1 : 1 + 2 * len(sim.scene)], sim._engine.state.bounds
+    return engine_of(sim).state.order[1 : 1 + 2 * len(sim.scene)], engine_of(sim).state.bounds
 
 
 def bound_twice(sim):
@@ -68,22 +69,22 @@ def last_watched(sim):
 
 
 def certificate_dropped(sim):
-    queue = sim._engine.k.queue
+    queue = engine_of(sim).k.queue
     queue[int(np.flatnonzero((queue.own != NEVER) & (queue.kind != STRUCTURAL))[0])].own = NEVER
 
 
 def pair_too_few(sim):
     apart = np.hypot(*np.diff(sim.positions()[sim.candidate_pairs()], axis=1)[:, 0].T)
-    remove_pair(sim._engine.k, *map(int, sim.candidate_pairs()[int(np.argmax(apart))]))
+    remove_pair(engine_of(sim).k, *map(int, sim.candidate_pairs()[int(np.argmax(apart))]))
 
 
 def pair_twice(sim):
-    add_pair(sim._engine.k, *map(int, sim.candidate_pairs()[0]))
+    add_pair(engine_of(sim).k, *map(int, sim.candidate_pairs()[0]))
 
 
 def pair_too_many(sim):
     held = set(map(tuple, sim.candidate_pairs().tolist()))
-    add_pair(sim._engine.k, *min({(a, b) for a in range(25) for b in range(a + 1, 25)} - held))
+    add_pair(engine_of(sim).k, *min({(a, b) for a in range(25) for b in range(a + 1, 25)} - held))
 
 
 def link_unwatched(sim):
@@ -104,11 +105,11 @@ def begun_elsewhere(sim):
 
 
 def held_too_little(sim):
-    remove_pair(sim._engine.k, 0, 1)
+    remove_pair(engine_of(sim).k, 0, 1)
 
 
 def held_too_much(sim):
-    add_pair(sim._engine.k, 0, 1)
+    add_pair(engine_of(sim).k, 0, 1)
 
 
 @pytest.mark.parametrize("phase", PHASES)
@@ -142,7 +143,7 @@ def test_places_may_overflow():
     """Periods are counted modulo 2^36: a body that has flown 2^35 is where one is that has flown none."""
     scene = torus_scenes.drawn(8, (8,), ("xy",))
     sims = [kt.Simulation(scene, "sap-2d") for _ in range(2)]
-    engine = sims[1]._engine
+    engine = engine_of(sims[1])
     engine.k.images.kx[:3] = 2**35 - 1, -(2**35), 2**40
     engine.lay_out(engine.speed)
     with np.errstate(over="ignore"):

@@ -25,7 +25,7 @@ from kinetile.kernel.passings import passes, row_of
 from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL
 from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
-from kinetile.run.engine.spans import FEWEST_SPANS
+from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import WALL as WALL_KIND
@@ -226,7 +226,7 @@ class _Stillness:
         self._seen, self._wait = -1, 0
 
     def note_span(self, engine: Engine) -> None:
-        happened = engine.events - int(engine.k.counts[0].structural)
+        happened = engine.events - engine.count.structural[0]
         self.quiet = self.quiet + 1 if happened == self._seen else 0
         self._wait -= 1
         self.idle = self.idle + 1 if self.quiet and engine.next_command is None else 0
@@ -240,12 +240,12 @@ class _Stillness:
         """
         if self.quiet and self._wait < 0:
             most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
-            skipped = engine.skip(end.ticks, most)
+            skipped = skip(engine, end.ticks, most)
             self.quiet += skipped
             self.idle += skipped if self.idle else 0
             self._wait = len(engine.taken) // (AS_DEAR_TURNS if engine.scene.periodic else AS_DEAR)
             self._wait += 0 if skipped else FEWEST_SPANS
-        engine.move_base(end.ticks)
+        move_base(engine, end.ticks)
         engine.passed += 1
         if engine.passed == MANY and engine.contacts < MANY * CONTACTS_A_SPAN:
             _advise_unit(engine)

@@ -21,6 +21,7 @@ from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
 from kinetile.run.engine.commands import ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
+from kinetile.run.engine.orders import command_rows
 from kinetile.run.prepared import widened
 from kinetile.run.questions.places import MOST_PERIODS, Box, Point
 from kinetile.scene import Insert, Scene
@@ -229,7 +230,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
     is_there = 0 <= number < engine.numbers and engine.k.slots[number] >= 0
     if is_there or (or_coming and engine.agenda.brings(engine.k, engine.clock, number)):
         return number
-    there = int(engine.fields.present[0])
+    there = len(engine.taken)
     if not 0 <= number < engine.numbers:
         given = f"numbers up to {engine.numbers - 1}" if engine.numbers else "no numbers"
         why = f"that is the {WALLS[number]} wall" if number in WALLS else f"{given} have been given"
@@ -302,7 +303,7 @@ def _rows_and_pairs(
             raise ValueError(f"{article} {what} is two finite numbers; found {shown(given[0])}")
         expected = f"expected one, or one for each of the {len(numbers)} bodies, (n, 2)"
         raise ValueError(f"{article} {what} is two finite numbers; {expected}; found {shown(given)}")
-    rows = engine.command_rows(code, len(numbers))
+    rows = command_rows(engine, code, len(numbers))
     rows["mass"], rows["body"] = engine.k.mass.take(_slots_of(engine, numbers)), numbers
     return rows, pairs, 2.0 * math.sqrt(squares)
 
@@ -383,7 +384,7 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     if not (far <= LARGEST and speed <= LARGEST and all(SMALLEST <= each <= LARGEST for each in numbers[4:])):
         return None
     _check_speed(engine, speed, min(engine.bounds.smallest, new.radius))
-    rows = engine.command_rows(INSERTED, body=engine.numbers, disc=numbers[:6])
+    rows = command_rows(engine, INSERTED, body=engine.numbers, disc=numbers[:6])
     rows["lifetime"] = new.lifetime or 0.0
     return rows
 
@@ -436,7 +437,7 @@ def read_insertions(
         ) from None
     many = len(places)
     columns = {name: column(name, given, many) for name, given in each.items()}
-    rows, scenes = engine.command_rows(INSERTED, many), [engine.scene]
+    rows, scenes = command_rows(engine, INSERTED, many), [engine.scene]
     if not many:
         return rows, False
     alike = [*zip(*columns.values(), strict=True)]
@@ -490,7 +491,7 @@ def column(name: str, given: Any, many: int) -> list[Any]:
 def read_kind(engine: Engine, body: object, kind: object) -> Rows:
     """Returns the command that gives a body another kind now; IndexError for a body that is not present, and
     ValueError for no kind of the scene."""
-    rows, kinds = engine.command_rows(OF_KIND, body=read_body(engine, body)), engine.scene.kinds
+    rows, kinds = command_rows(engine, OF_KIND, body=read_body(engine, body)), engine.scene.kinds
     rows["kind"] = kinds.index(find_kind(kind, kinds, "set_kind"))
     return rows
 
@@ -499,7 +500,7 @@ def read_move(engine: Engine, body: object, position: object) -> Rows:
     """Returns the command that moves a body now; IndexError for a body that is not present, ValueError for
     no place. That it is within the walls is not checked."""
     number, field = read_body(engine, body), VALUES["position"]
-    rows = engine.command_rows(MOVED, body=number)
+    rows = command_rows(engine, MOVED, body=number)
     rows["mass"] = engine.k.mass[engine.k.slots[number]]
     if wrong := field.expected(position):
         raise ValueError(f"the position of body {number} is {shown(position)}; expected {wrong}")

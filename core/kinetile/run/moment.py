@@ -44,7 +44,12 @@ class Moment:
     @property
     def exact_time(self) -> tuple[int, int]:
         """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
-        return divmod(self._engine.clock.total(self._engine.now), TICKS)
+        return divmod(self._engine.total, TICKS)
+
+    @property
+    def time_unit(self) -> float:
+        """The power of two in which ``epoch`` and ``tick`` count, in the scene's time."""
+        return self._engine.clock.unit
 
     @property
     def bodies(self) -> npt.NDArray[np.int32]:
@@ -65,7 +70,7 @@ class Moment:
     @property
     def newcomers(self) -> int:
         """How many pairs the broad phase has reported as newly near at its events (``Readings``)."""
-        return int(self._engine.k.counts[0].newcomers)
+        return int(self._engine.count.newcomers[0])
 
     def positions(self) -> npt.NDArray[np.float64]:
         """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less

@@ -392,7 +392,7 @@ class Observers:
 
 
 def _place(engine: Engine) -> tuple[int, int]:
-    return engine.clock.total(engine.now), engine.contacts
+    return engine.total, engine.contacts
 
 
 class _Plans:

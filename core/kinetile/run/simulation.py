@@ -1,12 +1,12 @@
 """``Simulation``, the public class: a scene and its phases by name, to be run, changed, read and saved. The
-work is done by the engine, ``advance``, ``questions/`` and ``saving/``."""
+work is done by the engine, ``advance``, ``asked`` and ``saving/``."""
 
 from __future__ import annotations
 
 import logging
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -29,44 +29,37 @@ from kinetile.errors import (
 from kinetile.explanation import explanation
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.compiled import is_cached
-from kinetile.kernel.images import FORESEEN
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED, WALLS
-from kinetile.kernel.tables import JAMS, NOBODY, Kernel, read_only
+from kinetile.kernel.tables import NOBODY, Kernel, read_only
 from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Ended, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
+from kinetile.run.asked import AskedMoment
 from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
 from kinetile.run.engine.contacts import RowFunction
-from kinetile.run.engine.engine import Engine, Kept
+from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.kept import Kept, unchanged_if
+from kinetile.run.engine.orders import carry_out, command_rows, insert_those_with_room
 from kinetile.run.engine.state import passings_of
 from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.run.moment import Moment, Recorder, told
 from kinetile.run.observing import Observers
 from kinetile.run.prepared import Prepared
-from kinetile.run.questions import meetings, places
-from kinetile.run.questions.meetings import CastHit, NextContact
-from kinetile.run.questions.places import Query, RayHit
+from kinetile.run.questions import meetings
 from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Insert, Scene, relabelled, with_commands
 from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import WALL, read_count
+from kinetile.scene.checks import read_count
 from kinetile.scene.commands import name_like
-from kinetile.scene.differences import core_difference
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
 from kinetile.scene.shapes import Ints, Shape
-from kinetile.scene.values import body_numbers
 from kinetile.statistics import Observed
-
-OfKinds = Kind | Iterable[Kind] | None
-Placed = Numbers | tuple[float, float, Shape]
-
-_RUNS = ("run", "step", "be built", "be built again")
 
 
 class Progress(NamedTuple):
@@ -92,20 +85,25 @@ class Inserted(NamedTuple):
 
 class _Alone(Unbroken):
     """A context in which no other thread or callback changes a simulation; BusyError where one does already.
-    It is one step for signals, with places in it where a long one can be interrupted."""
+    It is one step for signals, with places in it where a long one can be interrupted.
 
-    def __init__(self, simulation: Simulation, what: str) -> None:
-        self._simulation, self._what = simulation, what
+    ``what`` the simulation cannot do meanwhile is for the message. What ``runs`` is refused within another
+    run, too; the error that it ends with, or what ``builds``, is ``Simulation.fault``."""
+
+    def __init__(
+        self, simulation: Simulation, what: str, *, runs: bool = False, builds: bool = False
+    ) -> None:
+        self._simulation, self._what, self._runs, self._faults = simulation, what, runs, runs or builds
 
     def __enter__(self) -> Self:
         Unbroken.__enter__(self)  # super() takes longer
         simulation, what = self._simulation, self._what
         if not simulation._lock.acquire(False):
             self._refuse(f" in another thread: it cannot {what} meanwhile")
-        if simulation._engine.busy or (simulation._running and what in ("run", "step")):
+        if simulation._engine.busy or (simulation._running and self._runs):
             simulation._lock.release()
             self._refuse(f": it cannot {what} from its own recorder, on_contact, progress or hooks")
-        if what in ("run", "step", "be restored"):
+        if self._runs:
             simulation._fault = None
         return self
 
@@ -118,13 +116,13 @@ class _Alone(Unbroken):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         simulation = self._simulation
-        if error is not None and isinstance(error, FAULTS) and self._what in _RUNS:
+        if error is not None and isinstance(error, FAULTS) and self._faults:
             simulation._fault = f"{type(error).__name__}: {error}"
         simulation._lock.release()
         Unbroken.__exit__(self, kind, error, trace)
 
 
-class Simulation(Moment):
+class Simulation(AskedMoment):
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -216,11 +214,6 @@ class Simulation(Moment):
         return self._engine.composition.options
 
     @property
-    def time_unit(self) -> float:
-        """The power of two in which ``epoch`` and ``tick`` count, in the scene's time."""
-        return self._engine.clock.unit
-
-    @property
     def cached(self) -> bool | None:
         """Whether the loop's machine code lies on disk; None where nothing is compiled."""
         return is_cached(self._engine.loop)
@@ -254,12 +247,12 @@ class Simulation(Moment):
     def build(self) -> None:
         """Builds the broad phase's structure, if necessary, and runs no event. Raises as ``run`` does."""
         if not self._engine.built:
-            with _Alone(self, "be built"):
+            with _Alone(self, "be built", builds=True):
                 self._engine.build()
 
     def rebuild(self) -> None:
         """Builds the broad phase's structure again at the present moment; no contact can change by it."""
-        with _Alone(self, "be built again"):
+        with _Alone(self, "be built again", builds=True):
             self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
@@ -318,7 +311,7 @@ class Simulation(Moment):
             UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
                 scene.
         """
-        with _Alone(self, "run"):
+        with _Alone(self, "run", runs=True):
             engine = self._engine
             alone = until is not None and max_contacts is max_events is None  # the run goes to a given time
             until = arguments.read_until(engine, until, duration)
@@ -390,7 +383,7 @@ class Simulation(Moment):
                 last = jam.time, jam.bodies
                 with Interruptible():
                     on_jam(jam)
-                if self._engine.fields.fault.code[0] in JAMS:  # no command was given
+                if self._engine.jammed:  # no command was given
                     raise
                 continue
             event = self._with_kinds(ended.event)
@@ -408,7 +401,7 @@ class Simulation(Moment):
         Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together with
         a command, happen with it and are returned one by one; ``run`` goes past those that wait.
         """
-        with _Alone(self, "step"):
+        with _Alone(self, "step", runs=True):
             return self._with_kinds(advance_one(self._engine, End()))
 
     @answering
@@ -421,7 +414,7 @@ class Simulation(Moment):
         arguments.tell_of_late_commands(self._engine, end)
         scene = self._engine.scene
         while True:
-            with _Alone(self, "step"):
+            with _Alone(self, "step", runs=True):
                 if until is not None and self._engine.scene is not scene:  # by hand, which may set an end
                     arguments.read_end(self._engine, until)
                 event = self._with_kinds(advance_one(self._engine, end))
@@ -486,7 +479,7 @@ class Simulation(Moment):
             BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
         """
         with _Alone(self, "turn a body"):
-            self._engine.carry_out(TURNED, arguments.read_turns(self._engine, bodies, velocities))
+            carry_out(self._engine, TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
     def set_acceleration(self, body: int, acceleration: Numbers) -> None:
         """As ``set_accelerations``, for one body."""
@@ -505,7 +498,7 @@ class Simulation(Moment):
             Refused: the body is passing through one that it would meet then (the error names it).
         """
         with _Alone(self, "give a body another kind"):
-            self._engine.carry_out(OF_KIND, arguments.read_kind(self._engine, body, kind))
+            carry_out(self._engine, OF_KIND, arguments.read_kind(self._engine, body, kind))
 
     @answering
     def set_position(self, body: int, position: Numbers) -> None:
@@ -520,7 +513,7 @@ class Simulation(Moment):
             Refused: it would reach into a body or beyond a wall (the error names it, with the depth).
         """
         with _Alone(self, "move a body"):
-            self._engine.carry_out(MOVED, arguments.read_move(self._engine, body, position))
+            carry_out(self._engine, MOVED, arguments.read_move(self._engine, body, position))
 
     @answering
     def set_accelerations(self, bodies: npt.ArrayLike, accelerations: npt.ArrayLike) -> None:
@@ -538,7 +531,7 @@ class Simulation(Moment):
         """
         with _Alone(self, "accelerate a body"):
             given = arguments.read_accelerations(self._engine, bodies, accelerations, self._goes_to)
-            self._engine.carry_out(ACCELERATED, *given)
+            carry_out(self._engine, ACCELERATED, *given)
 
     @answering
     def insert(
@@ -580,7 +573,7 @@ class Simulation(Moment):
             rows, scene = arguments.read_insertion(engine, insertion, self._goes_to)
             if name is not None:
                 arguments.check_name(name, self._names)
-            engine.carry_out(INSERTED, rows, scene)
+            carry_out(engine, INSERTED, rows, scene)
             if name is not None:  # the history is new, and no snapshot has it yet
                 engine.history.names = {**engine.history.names, name: int(rows["body"][0])}
         return int(rows["body"][0])
@@ -619,10 +612,10 @@ class Simulation(Moment):
             engine, reasons = self._engine, dict[int, Exception]()
             rows, wider = arguments.read_insertions(engine, positions, velocities, each, self._goes_to)
             if not (engine.due or wider):
-                reasons.update(engine.insert_those_with_room(rows))
+                reasons.update(insert_those_with_room(engine, rows))
             else:  # a command of the scene comes first, or there are new shapes or accelerations
                 columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]
-                with engine.unchanged_if(Exception):  # of a phase that does not accept the tenth of them
+                with unchanged_if(engine, Exception):  # of a phase that does not accept the tenth of them
                     for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
                         try:
                             values = dict(zip(each, own, strict=True))
@@ -638,7 +631,7 @@ class Simulation(Moment):
         """Removes a body now, with its events. Raises IndexError if it is not present, and BusyError."""
         with _Alone(self, "let a body go"):
             number = arguments.read_body(self._engine, body)
-            self._engine.carry_out(REMOVED, self._engine.command_rows(REMOVED, body=number))
+            carry_out(self._engine, REMOVED, command_rows(self._engine, REMOVED, body=number))
 
     def recorded(self) -> Scene:
         """Returns the scene with all interactive commands, each at its exact time, and the present moment as
@@ -650,7 +643,7 @@ class Simulation(Moment):
             )
         commands = engine.history.played(engine.scene, engine.clock)
         played = with_commands(engine.scene, commands, kinds=engine.scene.kinds)
-        end = (*divmod(engine.clock.total(engine.now), TICKS), engine.met_now)
+        end = (*divmod(engine.total, TICKS), engine.met_now)
         origin = dict(played.origin, contacts=engine.contacts - engine.met_now)  # some of now may have no row
         settings = replace(played.settings, until=engine.time, end=end)
         return relabelled(played, settings=settings, origin=origin)
@@ -743,149 +736,6 @@ class Simulation(Moment):
             engine = self._engine
             return drawn(engine.k, engine.composition, engine.clock)
 
-    # Questions about the present moment
-    #
-    # A question changes nothing, and the answers are the same under every broad phase: they follow from the
-    # flight plans at the present tick. ``kinds``, one of the scene's or several, excludes bodies
-    # of other kinds as if they were absent.
-
-    @answering
-    def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
-        """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
-        tick; None if they do not.
-
-        Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
-        has a new plan. For two that are passing through each other it is the row of the end, with a > b.
-        It is sought for 1,024 units of the clock (``time_unit``) from the later of their last changes. Where
-        axes are periodic it is for 1,000 from now, or until a body has crossed 4,096 periods for another one.
-
-        ``scheduled``: only without interference: by the present plans it is the first contact of either body,
-        walls included, and no command changes one of them before. Raises ValueError if a and b are one body.
-        """
-        one, other = self._slot_of(a), self._slot_of(b)
-        if one == other:
-            raise ValueError(f"a contact is one of two bodies; found body {a} twice")
-        planned = self._planned() if scheduled else None
-        among = np.array([other], dtype=np.int64)
-        return meetings.next_contact_of(self._query(), one, planned, among, walls=False)
-
-    @answering
-    def next_contact_of(
-        self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
-    ) -> NextContact | None:
-        """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
-        if it has none, by then where axes are periodic (``next_contact``). The end of a passing is one too.
-        Ties go as in the run.
-
-        With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
-        body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
-        "wall" for the walls.
-        """
-        slot = self._slot_of(body)
-        planned = self._planned() if scheduled else None
-        among, walls = self._among_and_walls(kinds)
-        return meetings.next_contact_of(self._query(), slot, planned, among.slots, walls or kinds is None)
-
-    def cast(
-        self,
-        body: Placed,
-        velocity: Numbers,
-        *,
-        acceleration: Numbers | None = None,
-        kinds: OfKinds = None,
-        exclude: npt.ArrayLike = (),
-    ) -> CastHit | None:
-        """Returns the body that one which starts here and now would meet first, by the present plans.
-
-        To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored, unless "wall" is one of the ``kinds``. It meets at once a body that it overlaps at the start,
-        or touches there if they approach, and a wall if it goes on into it. Of several at one tick the first
-        by number. It looks as far ahead as ``next_contact``, along a periodic axis through any image.
-
-        Args:
-            body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
-                segments. Where axes are periodic it is narrower than a period.
-            velocity: (vx, vy); so that it crosses at most 4,096 periods in 8 units of the clock.
-            acceleration: (ax, ay), 0 along periodic axes; by default that of gravity.
-            kinds: only bodies of these kinds.
-            exclude: not these bodies, by numbers, such as the one from whose place it is cast.
-
-        Raises ValueError for what is no such body, or no velocity.
-        """
-        horizon = float(FORESEEN // TICKS) * self.time_unit
-        thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
-        query, walls = self._among_and_walls(kinds, exclude)
-        hit = meetings.cast(query, *thrown, walls)
-        return hit if hit is None or hit.body < 0 else hit._replace(body=self._body_of(hit.body))
-
-    @answering
-    def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
-        """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
-        ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
-
-        ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. Or it is a shape,
-        such as a polygon with corners in the scene's coordinates, or one at a place, (x, y, shape). A body
-        has its outline, and is about its position in ``positions()``. All is computed in doubles. Raises
-        ValueError for what is no box, or upside down.
-        """
-        around, area = arguments.read_area(box)
-        return self._bodies_of(places.bodies_in(self._among(kinds), around, whole, area))
-
-    def bodies_near(
-        self,
-        point: Numbers,
-        *,
-        radius: float | None = None,
-        k: int | None = None,
-        kinds: OfKinds = None,
-    ) -> Ints:
-        """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
-        within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.
-
-        A body's distance is that of its outline, below 0 where the point is within. For a disc it is that to
-        its place in ``positions()`` less its radius; for another shape that to its core, or within the core
-        that to the outline of the core, negated, less its radius. All is computed in doubles. Raises
-        ValueError where neither is given, or for what is no point, no length or no number of bodies.
-        """
-        if radius is None and k is None:
-            raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
-        centre = arguments.read_point(point, "a point")
-        length = None if radius is None else arguments.read_length(radius, "radius")
-        count = None if k is None else read_count(k, "k")
-        return self._bodies_of(places.bodies_near(self._among(kinds), centre, length, count))
-
-    def ray(
-        self,
-        origin: Numbers,
-        direction: Numbers,
-        *,
-        within: float | None = None,
-        most: int | None = None,
-        kinds: OfKinds = None,
-        exclude: npt.ArrayLike = (),
-    ) -> list[RayHit]:
-        """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
-
-        A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and one
-        that begins in it or at its outline meets it at once. All is computed in doubles. Along a periodic
-        axis a body has an image at every whole number of periods from that position; it is reported once,
-        where the ray first enters one of them.
-
-        Args:
-            origin, direction: (x, y), where the ray begins, and where it leads, whose length does not matter.
-            within: only bodies that are met not further than this, a length above 0 in the scene's unit.
-                Needed where an axis is periodic, of which the ray may cross at most 4,096 periods.
-            most: the largest number of hits; 1 is the fastest.
-            kinds, exclude: only bodies of these kinds; not these bodies, as for ``cast``.
-
-        Raises ValueError for values that are none of these, and for no ``within`` where it is needed.
-        """
-        start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
-        length = arguments.read_within(within, self.scene, towards)
-        count = None if most is None else read_count(most, "most")
-        hits = places.ray(self._among(kinds, exclude), start, towards, count, length)
-        return [hit._replace(body=self._body_of(hit.body)) for hit in hits]
-
     # Saving
 
     def snapshot(self) -> Snapshot:
@@ -893,14 +743,14 @@ class Simulation(Moment):
         ended with a fault other than a jam, BusyError while a chunk of a run is under way."""
         with _Alone(self, "be saved"):
             engine, of = self._engine, self._observers
-            if engine.broken is not None or engine.fields.fault.code[0] not in (0, *JAMS):
+            if not engine.can_go_on:
                 raise RecordError(
                     "this simulation has ended with a fault and cannot go on, so it is not saved: what was "
                     "saved before it can be taken up"
                 )
             observed = self._saved_observed if of is None else of.state
             phases = SavedPhases.of(engine.composition)
-            return Snapshot(self.scene, phases, engine.kept(), self._audit, self._start_energy, observed)
+            return Snapshot(self.scene, phases, Kept.of(engine), self._audit, self._start_energy, observed)
 
     @answering
     def restore(self, snapshot: Snapshot) -> None:
@@ -936,12 +786,12 @@ class Simulation(Moment):
     def _go_on_from(self, snapshot: Snapshot) -> None:
         kept, engine = snapshot.whole, self._engine
         if isinstance(kept, Kept) and kept.engine is engine:
-            engine.go_back(kept)
+            kept.go_back()
             engine.watch(None)
             engine.ledger.complete = True
         else:
             self._engine = resumed(snapshot, self.scene, engine.composition)
-        self._audit, self._start_energy = snapshot.audit, snapshot.start_energy
+        self._audit, self._start_energy, self._fault = snapshot.audit, snapshot.start_energy, None
         self._observers, self._saved_observed = None, snapshot.observed
         self._observed = None if snapshot.observed else Observed()
 
@@ -977,58 +827,11 @@ class Simulation(Moment):
         numbers = np.asarray(k.traits)["kind"]
         return event._replace(kinds=tuple([self.scene.kinds[numbers[slot]] for slot in slots]))
 
-    def _query(self) -> Query:
-        engine = self._engine
-        slots, shapes = engine.taken.astype(np.int64), engine.scene.shapes
-        tables = engine.k, engine.packed[0]
-        return Query(*tables, slots, engine.clock, engine.composition, shapes, engine.overlapping)
-
-    def _among(self, kinds: OfKinds, exclude: npt.ArrayLike = ()) -> Query:
-        return self._among_and_walls(kinds, exclude, ())[0]
-
-    def _among_and_walls(
-        self, kinds: OfKinds, exclude: npt.ArrayLike = (), more: tuple[Kind, ...] = (WALL,)
-    ) -> tuple[Query, bool]:
-        """Returns the bodies of some kinds, and whether the walls are among these, as ``more`` may be."""
-        query = self._query()
-        if out := [self._slot_of(body) for body in body_numbers(exclude).ravel().tolist()]:
-            query = replace(query, slots=query.slots[~np.isin(query.slots, out)])
-        if kinds is None:
-            return query, False
-        known = query.composition.prepared.kinds
-        chosen = arguments.read_kinds(kinds, (*known, *more), "kinds")
-        wanted = [number for number, kind in enumerate(known) if kind in chosen]
-        few = query.slots if wanted else query.slots[:0]
-        if len(query.k.rules):  # else there is one kind for all
-            few = few[np.isin(query.k.traits.kind[few], wanted)]
-        return replace(query, slots=few), WALL in chosen
-
     @property
     def _goes_to(self) -> float:
         """The time to which the run that is under way goes, or the present one."""
         until = self._running.until if self._running else None
         return self.time if until is None else until
-
-    def _slot_of(self, body: int) -> int:
-        return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
-
-    def _bodies_of(self, slots: Ints) -> Ints:
-        return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
-
-    def _body_of(self, slot: int) -> int:
-        return int(self._bodies_of(np.array([slot]))[0])
-
-    def _planned(self) -> Mapping[int, int]:
-        engine = self._engine
-        return engine.agenda.first_of_each(engine.k, engine.clock)
-
-
-def distance(a: Placed, b: Placed) -> float:
-    """Returns the distance of two outlines, each (x, y, radius) or (x, y, shape), in doubles: 0 where they
-    touch, below 0 how deep they overlap. Raises ValueError for what is no outline."""
-    (here, one), (there, other) = (arguments.read_outline(each, "an outline") for each in (a, b))
-    core = np.array([core_difference(one[0], other[0])], dtype=np.float64)
-    return float(places.gaps_to(core, np.array(one[1] + other[1]), np.array([there]) - here)[0])
 
 
 def composition_of(simulation: Simulation) -> Composition:

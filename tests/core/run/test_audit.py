@@ -7,6 +7,7 @@ import pytest
 
 import kinetile as kt
 import lanes
+from inside import engine_of
 from kinetile.errors import AuditError, UnawaitedContactError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, NOBODY, PAIR, STRUCTURAL, Kernel
@@ -48,8 +49,8 @@ def engine(phase: str = "naive") -> Engine:
     velocity = [[0.5, 0.0], [-0.5, 0.0], [0.0, -0.5], [0.0, 1.0]]
     sim = kt.Simulation(kt.Scene(position, velocity, 0.1, arena=(1.0, 1.0)), phase)
     assert sim.next_event is not None  # the first contact is known exactly
-    sim._engine.audit()
-    return sim._engine
+    sim.audit()
+    return engine_of(sim)
 
 
 @pytest.fixture
@@ -95,7 +96,7 @@ def test_between_any_two_events_everything_holds(seed, phase):
 def test_an_audit_after_the_calendar_was_given_other_slices_found_it_unfiled():
     sim = kt.Simulation(kt.make_scene("grid", bodies=100, density=0.5, seed=1), "naive")
     sim.run(max_contacts=1000)
-    engine = sim._engine
+    engine = engine_of(sim)
     engine.k.clock[0].calendar.shift += 8
     engine.k.clock[0].calendar.filed = 0
     engine.audit()
@@ -162,10 +163,10 @@ def test_a_ring_out_of_order():
 def test_two_bodies_that_touch_and_are_no_candidates():
     position = [[0.25, 0.5], [0.5, 0.5]]
     sim = kt.Simulation(kt.Scene(position, np.zeros((2, 2)), 0.125, arena=(1.0, 1.0)), "all-pairs")
-    sim._engine.build()
-    remove_pair(sim._engine.k, 0, 1)
+    sim.build()
+    remove_pair(engine_of(sim).k, 0, 1)
     with pytest.raises(AuditError, match=r"bodies 0 and 1 touch \(gap 0\) and are not a candidate pair"):
-        sim._engine.audit()
+        sim.audit()
 
 
 def delay(found: Engine, body: int, kind: int) -> None:
@@ -199,7 +200,7 @@ def test_a_contact_that_nobody_awaits():
     sim = kt.Simulation(kt.Scene([[0.0, 0.0], [4.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5), "naive")
     sim.build()
     for body in (0, 1):
-        forget(sim._engine, body)
+        forget(engine_of(sim), body)
     with pytest.raises(UnawaitedContactError, match=r"bodies 0 and 1 is awaited never at the earliest, but"):
         sim.audit()
 
@@ -209,9 +210,9 @@ def test_a_guard_behind_which_a_contact_comes():
     position = [[0.0, 0.0], [2.0, 0.0], [5.0, 0.0]]
     sim = kt.Simulation(kt.Scene(position, [[1.0, 0.0], [0.0, 0.0], [-1.0, 0.0]], 0.5), "naive")
     assert sim.next_event is not None
-    forget(sim._engine, 2)
+    forget(engine_of(sim), 2)
     sim.audit()  # the middle one covers both
-    entry = sim._engine.k.queue[1]
+    entry = engine_of(sim).k.queue[1]
     assert (entry.partner, entry.tick < entry.guard) == (0, True)
     entry.guard = NEVER
     with pytest.raises(UnawaitedContactError, match="bodies 1 and 2 is awaited never at the earliest"):
@@ -224,7 +225,7 @@ def test_a_contact_that_comes_after_another_of_its_tick():
     sim = kt.Simulation(kt.Scene(position, [[1.0, 0.0], [0.0, 0.0], [-1.0, 0.0]], 0.5), "naive")
     assert sim.next_event == kt.Event(1.0, 1, 0, "disc", (0, 1))
     sim.audit()
-    found = sim._engine
+    found = engine_of(sim)
     forget(found, 0)
     forget(found, 2)
     entry = found.k.queue[1]

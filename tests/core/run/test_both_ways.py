@@ -6,6 +6,7 @@ import pytest
 
 import kinetile as kt
 from capabilities import BY_NAME, FOREIGN, LASTS, Game, outcome
+from inside import engine_of
 from kinetile.errors import KinetileError
 from kinetile.kernel.compiled import compiled_by_default
 from kinetile.run.engine import engine
@@ -30,8 +31,8 @@ class Turning(engine.Engine):
 
 
 def turning(sim, coin, ways):
-    sim._engine.__class__ = Turning
-    sim._engine.coin, sim._engine.ways = coin, ways
+    engine_of(sim).__class__ = Turning
+    engine_of(sim).coin, engine_of(sim).ways = coin, ways
     return sim
 
 

@@ -11,6 +11,7 @@ import pytest
 import kinetile as kt
 import lanes
 from agreement import assert_one_answer
+from inside import engine_of
 from kinetile.errors import Refused
 from kinetile.scene.files import dumps_scene, loads_scene
 from kinetile.toolbox import WallParts, hook
@@ -291,7 +292,7 @@ def test_no_gravity_is_none():
         assert scene == plain
         assert repr(scene.gravity) == "(0.0, 0.0)"
         assert not scene.bent
-        assert kt.Simulation(scene)._engine.loop is kt.Simulation(plain)._engine.loop
+        assert engine_of(kt.Simulation(scene)).loop is engine_of(kt.Simulation(plain)).loop
 
 
 def test_files_and_recipes_have_gravity():

@@ -7,6 +7,7 @@ import pytest
 
 import kinetile as kt
 from capabilities import Game
+from inside import engine_of
 from kinetile.errors import NoRoom, Refused
 from lanes import first
 
@@ -140,7 +141,7 @@ def test_a_batch_that_a_phase_refuses_in_its_middle_left_some_of_it_in(waits, mo
         sim.run(0.25, max_events=1)
     if not waits:
         sim.run(0.25)
-    assert bool(sim._engine.due) is waits
+    assert bool(engine_of(sim).due) is waits
     before, free = (
         sim.snapshot(),
         grid.position[0] + [[x / 25, y / 25] for x in (-1, 0, 1) for y in (-1, 0, 1)],

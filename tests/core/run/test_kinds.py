@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.run.engine import layout
 from lanes import first
 from sensors import LATE, world
@@ -56,9 +57,9 @@ def test_a_log_grows_with_the_bodies_that_a_command_may_find(monkeypatch, record
         kt.Scene(place[:2], np.zeros((2, 2)), [0.5, 0.5], arena=(14.0, 14.0), **more), "naive"
     )
     rows = []
-    with sim._engine.ledger.recording(rows.extend if recorded else None):
+    with engine_of(sim).ledger.recording(rows.extend if recorded else None):
         for _ in range(40):
-            sim._engine.chunk(2**52, 2**60)
+            engine_of(sim).chunk(2**52, 2**60)
     assert len(sim.bodies) == 12
     assert len(rows) == (10 if recorded else 0)
 

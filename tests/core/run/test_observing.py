@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from inside import engine_of
 from kinetile import Collisions, Moment
 from kinetile.errors import BadOption, PhaseError, UnknownName, ZenoError
 from kinetile.records import Trajectory
@@ -410,8 +411,8 @@ def test_an_observable_that_fails_locked_the_simulation_for_ever(case):
     with registered(failing(**CASES[case])), fault:
         sim.run(1.0, observe=["failing:every=0.4"], recorder=told)
     assert told.notes[-1] == ("end", sim.time)
-    assert sim._engine.ledger.reads is False
-    assert len(sim._engine.k.watch) == 0
+    assert engine_of(sim).ledger.reads is False
+    assert len(engine_of(sim).k.watch) == 0
     sim.run(2.0)
     again = kt.Simulation(sim.scene, "cells")
     again.run(2.0)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import BusyError, PhaseError, Refused
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.toolbox import BroadPhaseParts, Kernel, PairParts, hook
@@ -200,9 +201,9 @@ def test_a_recorder_that_looked_ahead_ran_the_loop_within_the_loop():
 def test_candidate_pairs_were_written_where_a_run_in_another_thread_has_its_own():
     sim = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")
     sim.build()
-    sim._engine.k.near[:] = 77
+    engine_of(sim).k.near[:] = 77
     assert len(sim.candidate_pairs()) == 36
-    assert (sim._engine.k.near == 77).all()
+    assert (engine_of(sim).k.near == 77).all()
 
 
 def test_a_recorder_that_turns_a_body_is_refused():

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.run import interrupts
 from lanes import first
 
@@ -89,7 +90,7 @@ def assert_whole(sim: kt.Simulation) -> None:
     assert replay.fingerprint == sim.fingerprint == again.fingerprint
     assert replay.positions().tolist() == sim.positions().tolist() == again.positions().tolist()
     assert replay.velocities().tolist() == sim.velocities().tolist()
-    assert len(sim.contacts) == sim._engine.contacts
+    assert len(sim.contacts) == engine_of(sim).contacts
 
 
 @pytest.mark.parametrize("most", first(1, [1, 50, pytest.param(10**6, marks=pytest.mark.long)]))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import AuditError, MissedContactError
 from kinetile.kernel.loop.calendar import move
 from kinetile.kernel.tables import GUESS, NEVER, PAIR, STRUCTURAL, WALL
@@ -22,7 +23,7 @@ def next_pair(sim: kt.Simulation) -> tuple[int, int]:
 
 def drop(sim: kt.Simulation, body: int, **known: int) -> None:
     """Let a body know this of contacts, and file it again, as a bug of the kernel or a stray write would."""
-    k = sim._engine.k
+    k = engine_of(sim).k
     entry = k.queue[body]
     for name, value in known.items():
         entry[name] = value
@@ -57,7 +58,7 @@ def test_a_bound_that_is_dropped_is_told_by_the_audit(phase):
     for seed in range(4):
         sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=0.5, seed=seed), phase, audit=1)
         sim.run(max_contacts=30)
-        drop(sim, int(np.argmin(sim._engine.k.queue.own)), own=NEVER)
+        drop(sim, int(np.argmin(engine_of(sim).k.queue.own)), own=NEVER)
         with pytest.raises(AuditError):
             sim.run(max_contacts=0)
 

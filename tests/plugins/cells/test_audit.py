@@ -5,6 +5,7 @@ import pytest
 
 import kinetile as kt
 from grids import state_of
+from inside import engine_of
 from kinetile.errors import AuditError
 from kinetile.toolbox import schedule
 from messages import table
@@ -23,7 +24,7 @@ def sim() -> kt.Simulation:
 
 
 def said(sim: kt.Simulation) -> str:
-    return "\n".join(sim._engine.composition.broad.audit(sim._engine.k, sim._engine.state))
+    return "\n".join(engine_of(sim).composition.broad.audit(engine_of(sim).k, engine_of(sim).state))
 
 
 def put(record, **values) -> None:
@@ -45,7 +46,7 @@ def copy_a_block(state) -> None:
 
 
 def test_plans_and_certificates_that_are_not_those_of_the_cells(sim):
-    level, k = state_of(sim).levels[0], sim._engine.k
+    level, k = state_of(sim).levels[0], engine_of(sim).k
     level.slack *= 1.0 + 2.0**-20
     schedule(k, 3, int(k.queue.own[3]) + 1)
     k.bodies[4].x += 0.5
@@ -53,4 +54,4 @@ def test_plans_and_certificates_that_are_not_those_of_the_cells(sim):
     assert "body 3 reaches an edge at tick" in said(sim)
     assert "body 4 is at x = 0.63, outside cell 0 of side 0.25" in said(sim)
     with pytest.raises(AuditError):
-        sim._engine.audit()
+        sim.audit()

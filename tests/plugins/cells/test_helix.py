@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import kinetile as kt
 from grids import in_the_open, state_of
+from inside import engine_of
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.tables import NEVER
 from kinetile_plugins.cells.layout import LEVEL, cell_of, cells_of, list_ahead, list_around, wrapped
@@ -48,7 +49,7 @@ def test_who_is_at_home_around_each_place_of_the_table(arena, crowded):
     scene = kt.make_scene("grid", bodies=100, density=0.25, seed=4)
     options = {"side": 0.4 if crowded else 0.12}
     sim = kt.Simulation(scene if arena else in_the_open(scene, (-0.3, 7.0)), "cells", options=options)
-    state, k = state_of(sim), sim._engine.k
+    state, k = state_of(sim), engine_of(sim).k
     grid = state.levels[0]
     columns, cells = int(grid.columns), int(grid.cells)
     assert (state.lists.max() >= 0) == crowded
@@ -69,7 +70,7 @@ def test_near_names_no_body_from_afar():
     sim = kt.Simulation(scene, "cells")
     sim.run(max_contacts=50)
     level = state_of(sim).levels[0]
-    place = positions_now(sim._engine.k)
+    place = positions_now(engine_of(sim).k)
     found = sim.candidate_pairs()
     assert 100 < len(found) < 1500
     assert (np.abs(place[found[:, 0]] - place[found[:, 1]]) <= 2.0 * (level.side + level.slack)).all()
@@ -78,8 +79,8 @@ def test_near_names_no_body_from_afar():
 def test_a_body_at_rest_has_no_certificate():
     position = [[0.25, 0.25], [0.75, 0.75]]
     sim = kt.Simulation(kt.Scene(position, [[0.0, 0.0], [0.0, -0.5]], 0.1, arena=(1.0, 1.0)), "cells")
-    sim._engine.build()
-    own = sim._engine.k.queue.own
+    sim.build()
+    own = engine_of(sim).k.queue.own
     assert own[0] == NEVER
     assert own[1] < NEVER
 

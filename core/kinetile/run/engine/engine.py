@@ -1,5 +1,7 @@
-"""The engine: the Python side of the kernel, which works between two chunks of the compiled loop. It alone
-assigns its attributes: ``layout``, ``bounds`` and ``spans`` return tables and bounds.
+"""The engine: the Python side of the kernel, which works between two chunks of the compiled loop.
+
+``layout`` and ``bounds`` return tables and bounds for it. Above it are commands by hand (``orders``), spans
+of the clock (``spans``), and going back (``kept``).
 
 There is one way to make a structure: build it at the present moment (``lay_out``), as at the start. So it is
 made where a run goes on from a saved state (``RunState``), pairs outgrow their table, a command adds more
@@ -11,20 +13,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass
-from functools import cached_property
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.errors import NoRoom, PhaseError, Refused, ZenoError
-from kinetile.kernel.certificates.walls import inside_arena
+from kinetile.errors import PhaseError, Refused, ZenoError
 from kinetile.kernel.chords import as_seen, lay_all
-from kinetile.kernel.clock import SPAN, TICKS, Clock
+from kinetile.kernel.clock import Clock
 from kinetile.kernel.compiled import (
     NOTHING_IS_COMPILED,
     NotCompiled,
@@ -36,7 +34,6 @@ from kinetile.kernel.compiled import (
     python_of,
 )
 from kinetile.kernel.flight import positions_now
-from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
 from kinetile.kernel.loop import (
     BLOCKED,
     BUDGET_SPENT,
@@ -50,18 +47,15 @@ from kinetile.kernel.loop import (
     WATCHED,
 )
 from kinetile.kernel.loop.bookkeeping import log_is_full
-from kinetile.kernel.loop.commands import FREE
 from kinetile.kernel.loop.responses import begin_at_start
 from kinetile.kernel.passings import MOST_IMAGES
 from kinetile.kernel.skin import Skin, too_thick
 from kinetile.kernel.tables import (
     JAMS,
-    LONG_AGO,
     NEVER,
     NOBODY,
     OFFER,
     Kernel,
-    Quantity,
     clear,
     pair_set,
     read_only,
@@ -71,29 +65,24 @@ from kinetile.plugin.calling import calling, place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
-from kinetile.run.engine import layout, spans
-from kinetile.run.engine.bounds import MOST_FLOWN, NO_SKIN, Bounds, squares_of_bodies
+from kinetile.run.engine import layout
+from kinetile.run.engine.bounds import MOST_FLOWN, Bounds
 from kinetile.run.engine.commands import (
-    PACKED,
     ROWS,
-    STILL,
     Agenda,
     Command,
-    Planned,
     Rows,
-    anchor_again,
-    squares_of,
     to_the_front,
 )
-from kinetile.run.engine.contacts import Entries, Ledger
+from kinetile.run.engine.contacts import Ledger
 from kinetile.run.engine.failures import blocked, failure
-from kinetile.run.engine.fields import Tables
+from kinetile.run.engine.fields import Tables, all_ticks
 from kinetile.run.engine.meanwhile import NONE, compile_meanwhile
-from kinetile.run.engine.state import USED, RunState, contents_of, numbers_of
-from kinetile.run.interrupts import Interruptible, Unbroken, let_signals_through
+from kinetile.run.engine.state import RunState, numbers_of
+from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.prepared import widened
 from kinetile.scene import Scene
-from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, fastest, margin_of
+from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, margin_of
 
 UNLIMITED = 2**62
 NONE_BEHIND = 2**62
@@ -120,43 +109,6 @@ class WatchedContacts(NamedTuple):
     flags: Mapping[int, int] = {}
     pairs: Sequence[tuple[int, int]] = ()
     before: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Kept:
-    """An engine at one moment, structure and all, to which it can go back at the price of a copy: its
-    attributes, its tables with copies of their contents, the clock's base, and what ledger and agenda had."""
-
-    engine: Engine
-    values: Mapping[str, Any]
-    tables: list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]
-    base: int
-    entries: Entries
-    later: Planned
-
-    @cached_property
-    def state(self) -> RunState:
-        """The state of the run at that moment."""
-        was, of_then = SimpleNamespace(**self.values), {id(table): content for table, content in self.tables}
-        alike = ("commands", "history", "overlapping", "audits", *USED)
-        k = was._k._replace(
-            **{
-                name: of_then[id(table)].view(table.dtype).view(type(table))
-                for name, table in was._k._asdict().items()
-                if id(table) in of_then
-            }
-        )
-        return RunState(
-            contents=contents_of(k),
-            base=self.base,
-            bounds=was.bounds._replace(extent=0.0, skin=NO_SKIN),
-            later=self.later,
-            entries=self.entries,
-            requested=was._requested,
-            shapes=was.scene.shapes[was._listed :],
-            pull=None if was.scene.uniform else was.scene.pull,
-            **{name: self.values[name] for name in alike},
-        )
 
 
 class Engine(Tables):
@@ -210,9 +162,9 @@ class Engine(Tables):
         self.walled = scene.arena is not None and composition.wall is not None
         self.bounded = self.walled or scene.periodic == "xy"
         self.numbers = numbers_of(scene, self.history)
-        self._falls = drop_of(self.scene), chord_speed(self.scene)
+        self.falls = drop_of(self.scene), chord_speed(self.scene)
         self._requested = state.requested
-        self._ready = False
+        self.is_ready = False
         self._behind = NONE_BEHIND
         self._budget = FIRST_BUDGET
         self.overlapping = state.overlapping
@@ -224,6 +176,21 @@ class Engine(Tables):
     def time(self) -> float:
         """The present time, in the scene's time: the requested one, if the run has ended at it."""
         return self._requested if self._requested is not None else self.clock.time(self.now)
+
+    @property
+    def total(self) -> int:
+        """Ticks since the start."""
+        return self.clock.total(self.now)
+
+    @property
+    def jammed(self) -> bool:
+        """Whether it has ended with a jam, which a command may end."""
+        return self.fields.fault.code[0] in JAMS
+
+    @property
+    def can_go_on(self) -> bool:
+        """Whether it has not ended with a fault, but for a jam."""
+        return self.broken is None and (self.jammed or not self.fields.fault.code[0])
 
     @property
     def speed(self) -> float:
@@ -240,7 +207,7 @@ class Engine(Tables):
     @property
     def runs_compiled(self) -> bool:
         """Whether the loop is machine code already."""
-        return self._ready and not self.as_python
+        return self.is_ready and not self.as_python
 
     def compile(self, wholly: bool = False) -> None:
         """Compiles the loop, or loads it from the disk cache, and the search for room if it may be needed.
@@ -253,9 +220,9 @@ class Engine(Tables):
             loop.meanwhile = NONE  # so that another thread, which may have looked meanwhile, starts none
             loop.meanwhile = compile_meanwhile(loop, self.composition, self.commands)
         as_python = NOTHING_IS_COMPILED or (not wholly and self.begins_as_python)
-        if self._ready and as_python:
+        if self.is_ready and as_python:
             return
-        self._ready, self.as_python, self._enter, self._search = as_python, as_python, None, None
+        self.is_ready, self.as_python, self._enter, self._search = as_python, as_python, None, None
         self._budget = FIRST_AS_PYTHON if as_python else FIRST_BUDGET
         if as_python:
             return
@@ -270,7 +237,7 @@ class Engine(Tables):
             loop.stay(told)
             self.compile()
         self.compile_seconds += time.thread_time() - began
-        self._ready = True
+        self.is_ready = True
 
     @property
     def begins_as_python(self) -> bool:
@@ -299,13 +266,13 @@ class Engine(Tables):
         ``quota`` that of contacts at tick ``until``. No signal comes between the loop and its log
         (``Unbroken``). Raises ZenoError, MissedContactError or PhaseError for a fault.
         """
-        if self.as_python or not self._ready:
+        if self.as_python or not self.is_ready:
             self.compile()
         self._demand_whole()
         self.busy = True
         try:
             fields, rows = self.fields, 0
-            if fields.fault.code[0] in JAMS and self.due:
+            if self.jammed and self.due:
                 fields.fault.code[0] = 0  # a command may end the jam
             if self.ledger.reads:
                 if len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
@@ -474,7 +441,7 @@ class Engine(Tables):
 
     def bounds_for(self, speed: float) -> Bounds:
         """Returns the bounds with this speed; Refused if the broad phase does not accept their skin."""
-        extent = self._reach_of_flight(speed, SPANS if len(self.k.bodies) else 0)
+        extent = self.reach_of_flight(speed, SPANS if len(self.k.bodies) else 0)
         if not self.bounded:
             extent = max(self.bounds.extent, extent)
         limit = self.composition.broad.skin_limit
@@ -484,7 +451,7 @@ class Engine(Tables):
             raise too_thick(self.composition.broad_phase, skin.delta, limit)
         return self.bounds._replace(speed=speed, extent=extent, skin=skin)
 
-    def _reach_of_flight(self, speed: float, spans: int) -> float:
+    def reach_of_flight(self, speed: float, spans: int) -> float:
         """How far from the origin a body can be at this speed within a number of spans."""
         far = np.abs(positions_now(self.k)).max(axis=0, initial=0.0)
         return extent_of(self.scene, self.walled, speed, far, spans)
@@ -537,7 +504,7 @@ class Engine(Tables):
 
     def _take_loop(self, commands: Commands) -> None:
         loop = self.composition.loop(commands)
-        self._ready = self._ready and loop is self.loop
+        self.is_ready = self.is_ready and loop is self.loop
         self.commands, self.loop, self._enter = commands, loop, None
 
     def _make_slot(self) -> bool:
@@ -555,155 +522,75 @@ class Engine(Tables):
             self._go_on_with(layout.carried_out(k, self.scene, composition, many))
         return composition.living
 
-    def _number(self, numbers: int) -> None:
+    def make_numbers(self, numbers: int) -> None:
+        """Has room for so many numbers of bodies."""
         if numbers > len(self.k.slots):
             more, watch = (0, numbers + 64), self.k.watch
             self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
             if len(watch):
                 self.k = self.k._replace(watch=np.pad(watch, more))
 
-    def _allow(self, commands: Commands) -> None:
+    def allow(self, commands: Commands) -> None:
+        """Takes a loop with these commands, and free slots where bodies may come."""
         if commands > self.commands:
             self._take_loop(commands)
             if commands == Commands.ALL and self.composition.living:
                 self._go_on_with(layout.renewed(self.k, self.scene, self.composition, roomy=True))
 
-    # Interactive commands
-    #
-    # They run at once, at the present tick: after the structural events of that tick
-    # and after the contacts that have happened at it. Contacts that are still pending at it stay pending: a
-    # command may avert one of them. A game may issue sixty commands a frame, so the cost of one
-    # must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
-    # above, and only when it would exceed the speed in force is the energy summed up again.
+    # Commands by hand (``orders``)
 
-    def command_rows(self, code: int, many: int = 1, body: int = 0, disc: Sequence[float] = STILL) -> Rows:
-        """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and
-        mass as in ``STILL``; the caller fills in the others of several, and other effects."""
-        row = PACKED.pack(self.now, *disc, body, code, self.met_now, 0.0, 0.0, 0, 0, 0, 0, 0.0)
-        return np.frombuffer(bytearray(row * many), ROWS)
-
-    def carry_out(self, code: int, rows: Rows, scene: Scene | None = None) -> None:
-        """Runs commands of one code, of the present tick, now, before any contact; in a ``scene`` widened for
-        them, if it is another one. Raises Refused, with nothing changed, if a phase does not accept that, or
-        the broad phase the skin, or for a body without room."""
+    def demand_a_run(self) -> None:
+        """Raises the error with which the run has ended, unless a command may end that."""
         self._demand_whole()
-        if self.fields.fault.code[0] not in (0, *JAMS):  # a command may end a jam
+        if not self.can_go_on:
             raise failure(self.k, self.composition, self.clock.time(self.now))
-        if not len(rows):
-            return
-        if scene is not None and scene is not self.scene:
-            with self.unchanged_if(Refused):
-                self.scene, self._falls = scene, (drop_of(scene), chord_speed(scene))
-                self.bounds = self.bounds._replace(squares=math.inf)
-                self.renew()
-                self.carry_out(code, rows)
-            return
-        inserts = code == INSERTED
-        wanted = Commands.ALL if code in (INSERTED, REMOVED, MOVED) else Commands.TURNS
-        others_first = self.due  # of the scene, which stopped before them
-        if inserts and len(rows) == 1 and not others_first:
-            (blocker,) = self._blockers(rows).tolist()
-            if blocker != FREE:
-                raise blocked(self.k, self.clock, rows[0], blocker)
-            rows["fits"] = True
-        no_faster = code in (REMOVED, OF_KIND)
-        bounds, needed = (self.bounds, 0.0) if no_faster else self._bounds_with(rows, code)
-        faster = needed > self.speed
-        if faster:
-            self.bounds_for(2.0 * needed)  # a refusal must come here: nothing has changed yet
-        farther = bounds.extent > self.bounds.extent
-        # To go back to, a copy of the tables is kept if they are laid out again or other commands come first:
-        # what the loop itself refuses has changed nothing.
-        same = self._ready and not (faster or farther or others_first)
-        plain = same and self._has_place_for(code, rows, wanted)
-        with nullcontext() if plain else self.unchanged_if(Refused):
-            self.bounds = bounds
-            self._allow(wanted)
-            self.compile()
-            if faster or farther:
-                self.lay_out(2.0 * needed if faster else self.speed)
-            if inserts:
-                self._number(self.numbers + len(rows))
-            self.ledger.holds_rows = True
-            try:
-                if others_first:
-                    with suppress(Refused):  # of an insertion without room: this command comes before it
-                        self._run_commands()
-                    rows["after"], rows["overtakes"] = self.met_now, self.due
-                self._behind = self._waiting
-                to_the_front(self, rows)
-                self._run_commands()
-            except Refused:
-                refused = self._waiting - self._behind
-                if refused > 0:
-                    self.fields.lists.command[0] += refused  # that they waited is all that has changed
-                    raise
-            finally:
-                self._behind, self.ledger.holds_rows = NONE_BEHIND, False
-            if inserts:
-                self.numbers += len(rows)
-                self._plan_ends(rows)
-            if code == REMOVED:
-                self.agenda.cancel(self.k, self.fields, int(rows["body"][0]))
-            self.history = self.history.with_rows(rows, self.clock.base)
 
-    def _plan_ends(self, rows: Rows) -> None:
-        """Plans the removals of bodies inserted now that have a lifetime."""
-        for row in rows[rows["lifetime"] > 0.0]:
-            time = self.clock.moment(self.clock.total(self.now))[0] + float(row["lifetime"])
-            self.agenda.plan_removal(self, self.clock, int(row["body"]), self.clock.ticks(time))
+    def widen(self, scene: Scene) -> None:
+        """Goes on in a scene with more shapes, or larger accelerations."""
+        self.scene, self.falls = scene, (drop_of(scene), chord_speed(scene))
+        self.bounds = self.bounds._replace(squares=math.inf)
+        self.renew()
 
-    def _blockers(self, rows: Rows) -> npt.NDArray[np.int64]:
+    def fit(self, bounds: Bounds, commands: Commands, speed: float) -> None:
+        """Has these bounds and a loop with these commands, ready to run; with the tables laid out for a
+        speed, unless it is 0."""
+        self.bounds = bounds
+        self.allow(commands)
+        self.compile()
+        if speed:
+            self.lay_out(speed)
+
+    def run_first(self, rows: Rows) -> None:
+        """Runs commands now, before any contact, and after those of the scene that run now; but before an
+        insertion of these that waits for room. Raises Refused for the first of them that has none."""
+        self.ledger.holds_rows = True
+        try:
+            if self.due:
+                with suppress(Refused):  # of an insertion without room
+                    self._run_commands()
+                rows["after"], rows["overtakes"] = self.met_now, self.due
+            self._behind = self._waiting
+            to_the_front(self, rows)
+            self._run_commands()
+        except Refused:
+            refused = self._waiting - self._behind
+            if refused > 0:
+                self.fields.lists.command[0] += refused  # that they waited is all that has changed
+                raise
+        finally:
+            self._behind, self.ledger.holds_rows = NONE_BEHIND, False
+
+    def blockers(self, rows: Rows) -> npt.NDArray[np.int64]:
         """Returns for each body that commands insert, one by one, the slot or the wall that it would reach
         into, FREE, or FREE - 1 - i for the i-th; the loop would find the same, after a copy of all tables."""
         found = np.empty(len(rows), dtype=np.int64)
         if self._search is None:
-            compiled = not (self.as_python if self._ready else self.begins_as_python)
+            compiled = not (self.as_python if self.is_ready else self.begins_as_python)
             self._search = bound(
                 self.composition.find_room, self.packed[0], given=(rows, found), compiled=compiled
             )
         self._search(rows, found)
         return found
-
-    def insert_those_with_room(self, rows: Rows) -> dict[int, Refused]:
-        """Inserts bodies now, one by one, and numbers them; returns which have no room, and why. Raises
-        Refused, with nothing changed, as ``carry_out`` does. Before: no command of the scene is due."""
-        if not len(rows):
-            return {}
-        found = self._blockers(rows)
-        free = found == FREE
-        rows["body"] = self.numbers + np.cumsum(free) - free
-        reasons = dict[int, Refused]()
-        for at in np.flatnonzero(~free).tolist():
-            among = FREE - 1 - int(found[at])
-            if among >= 0:
-                into = int(rows["body"][among])
-                reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
-            else:
-                reasons[at] = blocked(self.k, self.clock, rows[at], int(found[at]))
-        rows["fits"] = free
-        self.carry_out(INSERTED, rows[free])
-        return reasons
-
-    def _bounds_with(self, rows: Rows, code: int) -> tuple[Bounds, float]:
-        """Returns the bounds with the energy of commands of one code, and where they put bodies, and the
-        largest speed of a body then."""
-        lightest, smallest, squares, speed, extent, skin = self.bounds
-        if code in (INSERTED, MOVED) and not self.bounded:
-            far = max(map(abs, (*rows["x"].tolist(), *rows["y"].tolist())))
-            extent = extent if far <= extent else 2.0 * far
-        if code == INSERTED:
-            lightest = min(lightest, *rows["mass"].tolist())
-            smallest = min(smallest, *rows["radius"].tolist())
-        (drop, drift), room = self._falls, 1.0 + 2.0**-20
-        gained = squares_of(rows, drop)
-        needed = fastest(self.scene, squares + gained, lightest) * room + drift
-        if not needed <= speed:
-            squares = squares_of_bodies(self.k) + self.agenda.squares(self.k, drop)
-            mass = self.k.mass[self.taken]
-            squares += drop * float(mass[np.isfinite(mass)].sum()) if drop else 0.0
-            needed = fastest(self.scene, squares + gained, lightest) * room + drift
-        return Bounds(lightest, smallest, squares + gained, speed, extent, skin), needed
 
     @property
     def _waiting(self) -> int:
@@ -720,119 +607,14 @@ class Engine(Tables):
                 if not self.due:
                     return  # all commands have run; the next run reports the jam
 
-    def _has_place_for(self, code: int, rows: Rows, wanted: Commands) -> bool:
-        """Whether commands can run without preparing the phases again: they are compiled into the loop, the
-        phase inserts and removes bodies, and an inserted body has a slot (``has_vacancy`` of the kernel)."""
-        if self.commands < wanted or (wanted == Commands.ALL and not self.composition.living):
-            return False
-        if code != INSERTED:
-            return True
-        fields, radii = self.fields, rows["radius"].tolist()
-        vacant = fields.present[0] + len(rows) <= len(self.k.bodies)
-        if len(self.k.forms):
-            vacant = vacant and self.k.forms.view(np.ndarray)["fits"][rows["form"]].all()
-        limits = fields.limits
-        return bool(vacant and limits.least[0] <= min(radii) and max(radii) <= limits.widest[0])
-
-    # Spans of the clock
-
-    def move_base(self, end: int | None) -> None:
-        """Moves the clock's base by a span, and anchors plans that are two spans old, under every phase.
-        Without bodies it moves at once to the span of ``end``, in ticks since the start."""
-        if not len(self.k.bodies) and end is not None and self.next_command is None:
-            self.clock.base += max(self.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
-            self.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is not needed by a contact
-            return
-        leaves = not self.bounded and len(self.k.bodies) > 0
-        if leaves and self._reach_of_flight(self.speed, 2) > self.bounds.extent:
-            self.lay_out(self.speed)
-        k = self.k
+    @property
+    def ticks(self) -> list[npt.NDArray[np.int64]]:
+        """The columns of all ticks, of the tables and of the phase."""
         if self._ticks is None:
-            self._ticks = spans.all_ticks(k, self.composition.broad.ticks)
-        spans.count_from_next(k, self._ticks)
-        self.clock.base += SPAN // TICKS
-        if len(k.bodies):
-            k.clock[0].epoch = self.clock.base
-        self.k = self.agenda.load(k, self.clock)
-        old = k.queue.number[k.bodies.anchor < -SPAN]
-        if len(old):
-            self._allow(Commands.TURNS)
-            anchor_again(self, np.sort(old))
+            self._ticks = all_ticks(self.k, self.composition.broad.ticks)
+        return self._ticks
 
     @property
     def rests(self) -> bool:
         """Whether nothing is scheduled; a body that is accelerated never rests."""
         return bool((self.k.queue.key == NEVER).all())
-
-    def skip(self, end: int | None, most: int) -> int:
-        """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in ticks since
-        the start); returns their number. None with a recorder: anchors are rows."""
-        clock, scene, wall = self.k.clock[0], self.scene, self.composition.wall
-        elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
-        awaited = any((ticks != NEVER).any() for ticks in spans.ticks_of([self.k.clock], Quantity.DUE))
-        if (
-            scene.bent
-            or elsewhere
-            or awaited
-            or self.ledger.records
-            or not len(self.taken)
-            or clock.lists.passings
-        ):
-            return 0
-        for ticks in (end, None if self.next_command is None else self.next_command.ticks):
-            if ticks is not None:
-                most = min(most, self.clock.relative(ticks) // SPAN - 1)
-        width, height = scene.arena if scene.arena is not None and self.walled else (0.0, 0.0)
-        walls = 0.0 if "x" in scene.periodic else width, 0.0 if "y" in scene.periodic else height
-        most = min(most, spans.MOST_SPANS, (MOST_UNITS - self.clock.base) // (SPAN // TICKS))
-        quiet = 0
-        if most >= spans.FEWEST_SPANS:
-            quiet = spans.quiet_spans(self.k, self.taken, walls, scene.periods, most)
-        if quiet < spans.FEWEST_SPANS:
-            return 0
-        try:
-            # Without an arena the skin grows, and may be refused.
-            with Unbroken() if self.bounded else self.unchanged_if(Refused):
-                self.clock.base += quiet * (SPAN // TICKS)
-                passing = compose(spans.pass_spans, self.composition.parts(), "pass_spans", Kernel)
-                passing(self.packed[0], quiet)
-                for past in spans.ticks_of(self.k, Quantity.PAST):
-                    past[...] = LONG_AGO
-                self.lay_out(self.speed)
-        except Refused:  # in an open plane, by a skin for distant bodies: the next spans will report it
-            return 0
-        return quiet
-
-    # Saving
-
-    def kept(self) -> Kept:
-        """Returns what this engine is between two chunks, for ``go_back``, or to be saved."""
-        names = [name for name in self.k._fields if name not in ("met", "log")]
-        tables = [*(getattr(self.k, name) for name in names), *self.state]
-        return Kept(
-            self,
-            dict(vars(self)),
-            [(table, layout.as_bytes(table).copy()) for table in tables if table.flags.writeable],
-            self.clock.base,
-            self.ledger.entries,
-            self.agenda.later,
-        )
-
-    def go_back(self, kept: Kept) -> None:
-        """Makes this engine what it was: its own tables have their contents of then again."""
-        vars(self).update(kept.values)
-        for table, content in kept.tables:
-            layout.as_bytes(table)[...] = content
-        self.clock.base, self.ledger.entries, self.agenda = kept.base, kept.entries, Agenda(kept.later)
-        self._taken = None
-
-    @contextmanager
-    def unchanged_if(self, errors: type[BaseException]) -> Iterator[None]:
-        """Within this context such an error leaves the engine unchanged. Costs a copy of all tables."""
-        kept = self.kept()
-        try:
-            with Unbroken():
-                yield
-        except errors:
-            self.go_back(kept)
-            raise

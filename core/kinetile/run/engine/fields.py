@@ -2,6 +2,7 @@
 ``k.clock[0].now`` makes two objects of NumPy's, for two microseconds, some hundred times between two frames
 of a game; a view of a field's eight bytes that is made once costs a twentieth of that."""
 
+from collections.abc import Iterable, Iterator
 from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile.kernel.compiled import Packed, bound
-from kinetile.kernel.tables import Kernel, Records, slots_taken
+from kinetile.kernel.tables import Kernel, Quantity, Records, column, declared, slots_taken
 
 Fields: TypeAlias = Any
 """``fields_of(table).name[0]`` is the field ``name`` of the only record of a table, to read and to write; of
@@ -22,6 +23,18 @@ def fields_of(table: Records) -> Fields:
     views = ((name, plain[name]) for name in plain.dtype.names)
     found = {name: fields_of(view) if view.dtype.names else memoryview(view) for name, view in views}
     return SimpleNamespace(**found)
+
+
+def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[npt.NDArray[np.int64]]:
+    """Yields the columns of tables with such ticks."""
+    for table in tables:
+        for field in declared(table.dtype, *quantities) if len(table) else ():
+            yield column(table, field.name)
+
+
+def all_ticks(k: Kernel, of_phase: Iterable[Any]) -> list[npt.NDArray[np.int64]]:
+    """Returns the columns of all ticks of the tables, and those ``of_phase``."""
+    return [*ticks_of(k, Quantity.TICK, Quantity.PAST, Quantity.DUE), *of_phase]
 
 
 class _Taken(NamedTuple):
@@ -101,6 +114,10 @@ class Tables:
         a planned body has come, whose number is lower."""
         came = self._k.slots[known.numbers[-1] + 1 :]
         return np.concatenate([known.slots[number[known.slots] == known.numbers], came[came >= 0]])
+
+    def forget_taken(self) -> None:
+        """The occupied slots are to be found again."""
+        self._taken = None
 
     @property
     def now(self) -> int:

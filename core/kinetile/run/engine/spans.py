@@ -2,27 +2,35 @@
 
 A span costs about a tenth of a millisecond of Python. In a scene that is slow for its clock (for its size, or
 because a faster body is planned) millions of spans pass between two contacts, so those in which provably
-nothing happens pass in one step (``Engine.skip``). What has to be done in them is to anchor plans, every
+nothing happens pass in one step (``skip``). What has to be done in them is to anchor plans, every
 second span for each body, or every second beat on a torus, because the rounding of that is part of the answer
 (docs/specification.md, rule 8). All of a body's anchorings in a step are a few operations (``flown``).
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.clock import SPAN
-from kinetile.kernel.compiled import disowned, hook, smaller, template
+from kinetile.errors import Refused
+from kinetile.kernel.certificates.walls import inside_arena
+from kinetile.kernel.clock import SPAN, TICKS
+from kinetile.kernel.compiled import compose, disowned, hook, smaller, template
 from kinetile.kernel.features import PERIODIC
 from kinetile.kernel.flight import plans_now, positions_now
 from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
-from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Quantity, column, declared
+from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Quantity
+from kinetile.run.compose import Commands
+from kinetile.run.engine.commands import anchor_again
+from kinetile.run.engine.engine import MOST_UNITS, Engine
+from kinetile.run.engine.fields import ticks_of
+from kinetile.run.engine.kept import unchanged_if
+from kinetile.run.interrupts import Unbroken
 
 FEWEST_SPANS = 4
 """The fewest spans that are skipped in one step, after which the structure is built again."""
@@ -38,18 +46,6 @@ MOST_WORK = 1 << 22
 
 MOST_PAIRS = 1 << 18
 """Pairs that are looked at together: memory."""
-
-
-def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[npt.NDArray[np.int64]]:
-    """Yields the columns of tables with such ticks."""
-    for table in tables:
-        for field in declared(table.dtype, *quantities) if len(table) else ():
-            yield column(table, field.name)
-
-
-def all_ticks(k: Kernel, of_phase: Iterable[Any]) -> list[npt.NDArray[np.int64]]:
-    """Returns the columns of all ticks of the tables, and those ``of_phase``."""
-    return [*ticks_of(k, Quantity.TICK, Quantity.PAST, Quantity.DUE), *of_phase]
 
 
 def count_from_next(k: Kernel, columns: Iterable[npt.NDArray[np.int64]]) -> None:
@@ -205,3 +201,65 @@ def pass_spans(k: Kernel, spans: int) -> None:
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:
             anchor_many(k, body, spans)
+
+
+def move_base(engine: Engine, end: int | None) -> None:
+    """Moves the clock's base by a span, and anchors plans that are two spans old, under every phase.
+    Without bodies it moves at once to the span of ``end``, in ticks since the start."""
+    if not len(engine.k.bodies) and end is not None and engine.next_command is None:
+        engine.clock.base += max(engine.clock.relative(end) // SPAN, 1) * (SPAN // TICKS)
+        engine.k.clock[0].now = -1  # its epoch, which may be beyond 64 bits, is not needed by a contact
+        return
+    leaves = not engine.bounded and len(engine.k.bodies) > 0
+    if leaves and engine.reach_of_flight(engine.speed, 2) > engine.bounds.extent:
+        engine.lay_out(engine.speed)
+    k = engine.k
+    count_from_next(k, engine.ticks)
+    engine.clock.base += SPAN // TICKS
+    if len(k.bodies):
+        k.clock[0].epoch = engine.clock.base
+    engine.k = engine.agenda.load(k, engine.clock)
+    old = k.queue.number[k.bodies.anchor < -SPAN]
+    if len(old):
+        engine.allow(Commands.TURNS)
+        anchor_again(engine, np.sort(old))
+
+
+def skip(engine: Engine, end: int | None, most: int) -> int:
+    """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in ticks since
+    the start); returns their number. None with a recorder: anchors are rows."""
+    clock, scene, wall = engine.k.clock[0], engine.scene, engine.composition.wall
+    elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
+    awaited = any((ticks != NEVER).any() for ticks in ticks_of([engine.k.clock], Quantity.DUE))
+    if (
+        scene.bent
+        or elsewhere
+        or awaited
+        or engine.ledger.records
+        or not len(engine.taken)
+        or clock.lists.passings
+    ):
+        return 0
+    for ticks in (end, None if engine.next_command is None else engine.next_command.ticks):
+        if ticks is not None:
+            most = min(most, engine.clock.relative(ticks) // SPAN - 1)
+    width, height = scene.arena if scene.arena is not None and engine.walled else (0.0, 0.0)
+    walls = 0.0 if "x" in scene.periodic else width, 0.0 if "y" in scene.periodic else height
+    most = min(most, MOST_SPANS, (MOST_UNITS - engine.clock.base) // (SPAN // TICKS))
+    quiet = 0
+    if most >= FEWEST_SPANS:
+        quiet = quiet_spans(engine.k, engine.taken, walls, scene.periods, most)
+    if quiet < FEWEST_SPANS:
+        return 0
+    try:
+        # Without an arena the skin grows, and may be refused.
+        with Unbroken() if engine.bounded else unchanged_if(engine, Refused):
+            engine.clock.base += quiet * (SPAN // TICKS)
+            passing = compose(pass_spans, engine.composition.parts(), "pass_spans", Kernel)
+            passing(engine.packed[0], quiet)
+            for past in ticks_of(engine.k, Quantity.PAST):
+                past[...] = LONG_AGO
+            engine.lay_out(engine.speed)
+    except Refused:  # in an open plane, by a skin for distant bodies: the next spans will report it
+        return 0
+    return quiet

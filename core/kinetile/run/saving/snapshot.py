@@ -21,7 +21,8 @@ from kinetile.kernel.tables import JAMS, LONG_AGO, NEVER, NOBODY, Quantity, Role
 from kinetile.run.compose import Composition
 from kinetile.run.engine.bounds import unfit_pull
 from kinetile.run.engine.commands import Command, command_of
-from kinetile.run.engine.engine import Engine, Kept
+from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.kept import Kept
 from kinetile.run.engine.state import RunState, numbers_of
 from kinetile.run.prepared import present_scene, widened
 from kinetile.scene import Insert, Scene

@@ -11,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from inside import engine_of
 from kinetile import StopAt
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import INSERTED, TURNED
 from kinetile.kernel.tables import COMMAND, allocate
 from kinetile.run.arguments import read_insertion
-from kinetile.run.engine import engine as engines
+from kinetile.run.engine import orders
 from kinetile.run.engine.commands import LAST, History, to_the_front
 from kinetile.run.engine.fields import Tables
 from kinetile.scene.files import dumps_scene, loads_scene
@@ -100,14 +101,14 @@ def test_rows_of_commands_wait_for_the_next_recorder_with_their_own_times():
 
 def test_energy_is_not_summed_up_for_each_command(monkeypatch):
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, density=0.2, seed=1), "cells", live=True)
-    calls, summed, random = [], engines.squares_of_bodies, np.random.default_rng(1)
-    monkeypatch.setattr(engines, "squares_of_bodies", lambda k: calls.append(k) or summed(k))
+    calls, summed, random = [], orders.squares_of_bodies, np.random.default_rng(1)
+    monkeypatch.setattr(orders, "squares_of_bodies", lambda k: calls.append(k) or summed(k))
     for frame in range(20):
         sim.set_velocities(np.arange(8), random.normal(0.0, 0.5, (8, 2)))
         body, place = sim.bodies[-1], sim.positions()[-1]
         sim.remove(int(body))
         sim.insert(place, (0.5, 0.5), 0.01)
-        engine = sim._engine
+        engine = engine_of(sim)
         assert engine.bounds.squares >= summed(engine.k)
         assert np.hypot(*sim.velocities().T).max() <= engine.speed
         sim.run(until=(frame + 1) / 60)
@@ -117,7 +118,7 @@ def test_energy_is_not_summed_up_for_each_command(monkeypatch):
 @pytest.mark.parametrize("odd", [0.25, np.float32(0.25), True, math.nan, math.inf, -1.0, 2.0**201, "a", None])
 @pytest.mark.parametrize("name", ["position", "velocity", "radius", "mass"])
 def test_a_plain_disc_is_read_as_one_value_by_value(name, odd):
-    engine = kt.Simulation(kt.make_scene("grid", bodies=4), "naive", live=True)._engine
+    engine = engine_of(kt.Simulation(kt.make_scene("grid", bodies=4), "naive", live=True))
     for pair in ([0.5, odd], (0.5, odd, 0.5), np.array([0.5, odd]), np.array(odd), {0.5: 1, odd: 2}):
         given = {"position": (0.25, 0.5), "velocity": np.array([0.1, 0.2]), "radius": 0.01, "mass": 2.0}
         new = kt.Insert(0.0, **given | {name: odd if name in ("radius", "mass") else pair})
@@ -132,7 +133,7 @@ def test_a_plain_disc_is_read_as_one_value_by_value(name, odd):
 
 def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
     sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.2, seed=1), "sap-1d", live=True)
-    engine = sim._engine
+    engine = engine_of(sim)
     first = engine.taken
     sim.run(until=0.5)
     assert engine.taken is first

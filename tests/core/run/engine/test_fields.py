@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.kernel.tables import slots_taken
 from lanes import examples
 
@@ -30,6 +31,6 @@ def test_occupied_slots_are_those_that_sorting_all_numbers_gives(steps):
         elif what == "run":
             sim.run(until=sim.time + 0.1)
         if which % 2:  # else two changes are seen at once
-            assert sim._engine.taken.tolist() == slots_taken(sim._engine.k).tolist()
-    assert sim._engine.taken.tolist() == slots_taken(sim._engine.k).tolist()
+            assert engine_of(sim).taken.tolist() == slots_taken(engine_of(sim).k).tolist()
+    assert engine_of(sim).taken.tolist() == slots_taken(engine_of(sim).k).tolist()
     assert np.array_equal(sim.bodies, np.unique(sim.bodies))

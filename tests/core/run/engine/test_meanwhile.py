@@ -22,6 +22,7 @@ import pytest
 
 import broken_phases
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED, backend, compiled_by_default, composer
 from kinetile.kernel.compiled.cache import is_whole
@@ -71,7 +72,7 @@ def test_a_process_is_started_where_it_may_be(place, value, expected, started, m
     for name, each in value.items():
         monkeypatch.setattr(place, name, each)
     sim = kt.Simulation(SCENE, "naive")
-    of = sim._engine
+    of = engine_of(sim)
     process = meanwhile.compile_meanwhile(of.loop, of.composition, of.commands)
     assert (process is not meanwhile.NONE) == len(started) == expected
 
@@ -89,7 +90,7 @@ def test_a_live_run_had_another_loop_compiled_than_its_own(monkeypatch, tmp_path
     monkeypatch.setattr(pickle, "dump", lambda value, file: given.append(value))
     monkeypatch.setattr(os, "posix_spawn", lambda *how, **more: 2**22)
     sim = kt.Simulation(SCENE, "naive", live=True)
-    of = sim._engine
+    of = engine_of(sim)
     meanwhile.compile_meanwhile(of.loop, of.composition, of.commands)
     seen: list[Any] = []
     monkeypatch.setattr(compile_loop.Engine, "compile", lambda engine, wholly: seen.append(engine.loop))
@@ -110,7 +111,7 @@ def test_a_copy_of_a_run_for_a_debugger_was_compiled():
 
 def test_no_process_is_started_for_hooks_of_main(started):
     sim = kt.Simulation(SCENE, "naive")
-    loop, of = composer._compose(of_main, {}, "main", tuple), sim._engine
+    loop, of = composer._compose(of_main, {}, "main", tuple), engine_of(sim)
     assert meanwhile.compile_meanwhile(loop, of.composition, of.commands) is meanwhile.NONE
     assert not started
 
@@ -129,7 +130,7 @@ def test_a_run_waits_for_one_process_and_goes_over(monkeypatch):
     sims = [kt.Simulation(SCENE, "naive") for _ in range(2)]
     for way in (False, True):
         lies_there.extend([1] * way)
-        composition_of(sims[0]).loop(sims[0]._engine.commands)._looks_at = 0.0
+        composition_of(sims[0]).loop(engine_of(sims[0]).commands)._looks_at = 0.0
         for sim in sims:
             sim.run(max_contacts=CONTACTS)
             assert sim.compiled is way
@@ -230,7 +231,7 @@ def _runs(process: int) -> bool:
 def run(tell, then=lambda: None):
     """Runs, and waits while a compiler is at work; tells the fingerprint, and whether the run went over."""
     sim = kt.Simulation(SCENE, "naive")
-    loop = composition_of(sim).loop(sim._engine.commands)
+    loop = composition_of(sim).loop(engine_of(sim).commands)
 
     def progress(_):
         if loop.meanwhile is not None:

@@ -8,7 +8,8 @@ import pytest
 
 import kinetile as kt
 from kinetile.kernel.images import remainder, turns_of
-from kinetile.run.engine import engine, spans
+from kinetile.run import advance
+from kinetile.run.engine import spans
 from kinetile_accuracy.specification.certify import certify_log
 from lanes import BUILT_IN, first
 
@@ -22,13 +23,13 @@ def slow(speed: float, **more: object) -> kt.Scene:
 
 def steps_of(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     moved: list[int] = []
-    one = engine.Engine.move_base
+    one = advance.move_base
 
     def counted(*arguments: object) -> None:
         moved.append(1)
         one(*arguments)
 
-    monkeypatch.setattr(engine.Engine, "move_base", counted)
+    monkeypatch.setattr(advance, "move_base", counted)
     return moved
 
 
@@ -49,7 +50,7 @@ def test_skipped_time_leaves_the_same_bits(until, monkeypatch):
     scene = slow(2.0**-14, commands=commands)
     quick = kt.Simulation(scene, "cells")
     quick.run(until, max_contacts=6 if until is None else None)
-    monkeypatch.setattr(engine.Engine, "skip", lambda *_: 0)
+    monkeypatch.setattr(advance, "skip", lambda *_: 0)
     slowly = kt.Simulation(scene, "naive")
     slowly.run(until, max_contacts=6 if until is None else None)
     assert slowly.fingerprint == quick.fingerprint
@@ -134,7 +135,7 @@ def test_skipping_is_stepping(seed, monkeypatch):
     until = 2.0 ** rng.uniform(13.0, 15.0) / (4.0 if periodic else 1.0)
     quick, slowly = kt.Simulation(scene, "cells"), kt.Simulation(scene, "naive")
     quick.run(until)
-    monkeypatch.setattr(engine.Engine, "skip", lambda *_: 0)
+    monkeypatch.setattr(advance, "skip", lambda *_: 0)
     slowly.run(until)
     assert slowly.fingerprint == quick.fingerprint
     assert slowly.positions().tolist() == quick.positions().tolist()

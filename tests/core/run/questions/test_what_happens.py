@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import KinetileError, SceneError
 from lanes import examples
 
@@ -117,7 +118,7 @@ def assert_true(sim: kt.Simulation) -> None:
         assert all(each is None or each.time >= end for each in scheduled)
     cast_as_inserted(sim)
     event = next_event(sim)
-    if rows and not sim._engine.ledger.pending_events:  # a passing that waits for a step
+    if rows and not engine_of(sim).ledger.pending_events:  # a passing that waits for a step
         assert (event.time, event.epoch, event.tick) == rows[0][:3]
         assert event.bodies == tuple(sorted(body for body in rows[0][3:] if body >= 0))
 

@@ -13,6 +13,7 @@ import pytest
 
 import broken_phases
 import kinetile as kt
+from inside import engine_of
 from kinetile.errors import BadOption, BusyError, RecordError
 from kinetile.kernel.log import MET, Fingerprint
 from kinetile.kernel.tables import JAMMED, Quantity, declared
@@ -228,7 +229,7 @@ def test_what_has_ended_with_a_fault_is_not_saved(tmp_path):
 def test_what_is_jammed_is_saved(tmp_path):
     """A command can end it."""
     sim = simulation()
-    sim._engine.fields.fault.code[0] = JAMMED
+    engine_of(sim).fields.fault.code[0] = JAMMED
     sim.save(tmp_path / "s.kt")
     assert kt.resume(tmp_path / "s.kt").snapshot() == sim.snapshot()
 

@@ -11,9 +11,11 @@ import pytest
 
 import kinetile as kt
 from by_the_rules import answer, rows
+from inside import engine_of
 from kinetile.kernel.clock import SPAN
 from kinetile.kernel.tables import JAMMED, LONG_AGO, NEVER, Quantity, Role, declared
-from kinetile.run.engine.spans import all_ticks, count_from_next
+from kinetile.run.engine.fields import all_ticks
+from kinetile.run.engine.spans import count_from_next
 from kinetile.run.engine.state import contents_of
 from kinetile.run.saving.snapshot import check_state, resumed
 from kinetile.run.simulation import composition_of
@@ -83,7 +85,7 @@ def test_a_simulation_that_goes_back_is_one_that_is_made_anew(name, seed):
         play(sim, rng)
         if rng.randrange(4) == 0:
             there = rng.choice(snapshots)
-            assert there.whole.engine is sim._engine
+            assert there.whole.engine is engine_of(sim)
             sim.restore(there)
             made_anew.restore(there)
             assert sim.snapshot() == made_anew.snapshot() == there == pickle.loads(pickle.dumps(there))
@@ -99,7 +101,7 @@ def test_a_simulation_that_goes_back_is_one_that_is_made_anew(name, seed):
 def test_a_simulation_whose_hook_has_raised_goes_back():
     sim = kt.Simulation(kt.make_scene("grid", bodies=4), "naive", live=True)
     there = sim.snapshot()
-    sim._engine.broken = kt.errors.PhaseError("a hook raised")
+    engine_of(sim).broken = kt.errors.PhaseError("a hook raised")
     with pytest.raises(kt.errors.PhaseError, match="cannot go on"):
         sim.run(0.1)
     sim.restore(there)

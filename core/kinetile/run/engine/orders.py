@@ -1,0 +1,156 @@
+"""Commands given by hand: they run at once, at the present tick.
+
+They come after the structural events of that tick and after the contacts that have happened at it. Contacts
+that are still pending at it stay pending: a command may avert one of them. A command that a phase, the skin
+or want of room refuses leaves everything as it was. A game may issue sixty commands a frame, so the cost of
+one must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
+above, and only when it would exceed the speed in force is the energy summed up again; and a copy of the
+tables is kept only if more than the loop itself may refuse.
+"""
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from typing import NamedTuple
+
+import numpy as np
+
+from kinetile.errors import NoRoom, Refused
+from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
+from kinetile.kernel.loop.commands import FREE
+from kinetile.run.compose import Commands
+from kinetile.run.engine.bounds import Bounds, squares_of_bodies
+from kinetile.run.engine.commands import PACKED, ROWS, STILL, Rows, squares_of
+from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.failures import blocked
+from kinetile.run.engine.kept import unchanged_if
+from kinetile.scene import Scene
+from kinetile.toolbox.reach import fastest
+
+
+def command_rows(
+    engine: Engine, code: int, many: int = 1, body: int = 0, disc: Sequence[float] = STILL
+) -> Rows:
+    """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and mass as
+    in ``STILL``; the caller fills in the others of several, and other effects."""
+    row = PACKED.pack(engine.now, *disc, body, code, engine.met_now, 0.0, 0.0, 0, 0, 0, 0, 0.0)
+    return np.frombuffer(bytearray(row * many), ROWS)
+
+
+def carry_out(engine: Engine, code: int, rows: Rows, scene: Scene | None = None) -> None:
+    """Runs commands of one code, of the present tick, now, before any contact; in a ``scene`` widened for
+    them, if it is another one. Raises Refused, with nothing changed, if a phase does not accept that, or the
+    broad phase the skin, or for a body without room."""
+    engine.demand_a_run()
+    if not len(rows):
+        return
+    if scene is not None and scene is not engine.scene:
+        with unchanged_if(engine, Refused):
+            engine.widen(scene)
+            carry_out(engine, code, rows)
+        return
+    if code == INSERTED and len(rows) == 1 and not engine.due:
+        (blocker,) = engine.blockers(rows).tolist()
+        if blocker != FREE:
+            raise blocked(engine.k, engine.clock, rows[0], blocker)
+        rows["fits"] = True
+    need = _need_of(engine, code, rows)
+    with nullcontext() if need.loop_alone else unchanged_if(engine, Refused):
+        engine.fit(need.bounds, need.commands, need.speed)
+        if code == INSERTED:
+            engine.make_numbers(engine.numbers + len(rows))
+        engine.run_first(rows)
+        if code == INSERTED:
+            engine.numbers += len(rows)
+            _plan_ends(engine, rows)
+        if code == REMOVED:
+            engine.agenda.cancel(engine.k, engine.fields, int(rows["body"][0]))
+        engine.history = engine.history.with_rows(rows, engine.clock.base)
+
+
+def insert_those_with_room(engine: Engine, rows: Rows) -> dict[int, Refused]:
+    """Inserts bodies now, one by one, and numbers them; returns which have no room, and why. Raises Refused,
+    with nothing changed, as ``carry_out`` does. Before: no command of the scene is due."""
+    if not len(rows):
+        return {}
+    found = engine.blockers(rows)
+    free = found == FREE
+    rows["body"] = engine.numbers + np.cumsum(free) - free
+    reasons = dict[int, Refused]()
+    for at in np.flatnonzero(~free).tolist():
+        among = FREE - 1 - int(found[at])
+        if among >= 0:
+            into = int(rows["body"][among])
+            reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
+        else:
+            reasons[at] = blocked(engine.k, engine.clock, rows[at], int(found[at]))
+    rows["fits"] = free
+    carry_out(engine, INSERTED, rows[free])
+    return reasons
+
+
+class _Need(NamedTuple):
+    """What commands need: ``bounds`` with their energy and places, ``commands`` in the loop, and a ``speed``
+    for which the tables are laid out again, or 0. ``loop_alone``: none of the three is new, and no other
+    command comes first, so only the loop itself may refuse one, and it changes nothing then."""
+
+    bounds: Bounds
+    commands: Commands
+    speed: float
+    loop_alone: bool
+
+
+def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
+    commands = Commands.ALL if code in (INSERTED, REMOVED, MOVED) else Commands.TURNS
+    bounds, speed = engine.bounds, 0.0
+    if code not in (REMOVED, OF_KIND):  # which make nothing faster
+        bounds, needed = _bounds_with(engine, rows, code)
+        if needed > engine.speed:
+            speed = 2.0 * needed
+            engine.bounds_for(speed)  # a refusal must come here: nothing has changed yet
+        elif bounds.extent > engine.bounds.extent:
+            speed = engine.speed
+    same = engine.is_ready and not speed and not engine.due
+    return _Need(bounds, commands, speed, same and _has_place_for(engine, code, rows, commands))
+
+
+def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
+    """Returns the bounds with the energy of commands of one code, and where they put bodies, and the largest
+    speed of a body then."""
+    lightest, smallest, squares, speed, extent, skin = engine.bounds
+    if code in (INSERTED, MOVED) and not engine.bounded:
+        far = max(map(abs, (*rows["x"].tolist(), *rows["y"].tolist())))
+        extent = extent if far <= extent else 2.0 * far
+    if code == INSERTED:
+        lightest = min(lightest, *rows["mass"].tolist())
+        smallest = min(smallest, *rows["radius"].tolist())
+    (drop, drift), room = engine.falls, 1.0 + 2.0**-20
+    gained = squares_of(rows, drop)
+    needed = fastest(engine.scene, squares + gained, lightest) * room + drift
+    if not needed <= speed:
+        squares = squares_of_bodies(engine.k) + engine.agenda.squares(engine.k, drop)
+        mass = engine.k.mass[engine.taken]
+        squares += drop * float(mass[np.isfinite(mass)].sum()) if drop else 0.0
+        needed = fastest(engine.scene, squares + gained, lightest) * room + drift
+    return Bounds(lightest, smallest, squares + gained, speed, extent, skin), needed
+
+
+def _has_place_for(engine: Engine, code: int, rows: Rows, commands: Commands) -> bool:
+    """Whether commands can run without preparing the phases again: they are compiled into the loop, the phase
+    inserts and removes bodies, and an inserted body has a slot (``has_vacancy`` of the kernel)."""
+    if engine.commands < commands or (commands == Commands.ALL and not engine.composition.living):
+        return False
+    if code != INSERTED:
+        return True
+    k, fields, radii = engine.k, engine.fields, rows["radius"].tolist()
+    vacant = fields.present[0] + len(rows) <= len(k.bodies)
+    if len(k.forms):
+        vacant = vacant and k.forms.view(np.ndarray)["fits"][rows["form"]].all()
+    limits = fields.limits
+    return bool(vacant and limits.least[0] <= min(radii) and max(radii) <= limits.widest[0])
+
+
+def _plan_ends(engine: Engine, rows: Rows) -> None:
+    """Plans the removals of bodies inserted now that have a lifetime."""
+    for row in rows[rows["lifetime"] > 0.0]:
+        time = engine.clock.moment(engine.total)[0] + float(row["lifetime"])
+        engine.agenda.plan_removal(engine, engine.clock, int(row["body"]), engine.clock.ticks(time))

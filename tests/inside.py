@@ -1,0 +1,9 @@
+"""What is behind the public class: the one place from which tests reach it."""
+
+import kinetile as kt
+from kinetile.run.engine.engine import Engine
+
+
+def engine_of(simulation: kt.Simulation) -> Engine:
+    """Returns the engine, whose tables may be written."""
+    return simulation._engine
