@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from kinetile_bench.events import BODIES, DENSITIES
+from kinetile_bench.event_rates import BODIES, DENSITIES
 from kinetile_bench.thesis import PHASES, Cell, ThesisBench
 
 EXPONENT = {0.5: 1.7, 0.25: 1.8, 0.125: 1.88, 0.01: 1.98}

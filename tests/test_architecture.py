@@ -110,7 +110,7 @@ OPENED = {
     ("core/kinetile/targets.py", "fresh.replace(target)"): "the one way",
     ("core/kinetile/show/printed.py", "figure.savefig(written, format=form, **options)"): "bytes in memory",
     ("core/kinetile/records/log.py", "open(descriptor, 'wb', buffering=0)"): "a log that is locked",
-    ("core/kinetile/records/events.py", "unfinished.replace(self.partial)"): "a log that is locked",
+    ("core/kinetile/records/recorder.py", "unfinished.replace(self.partial)"): "a log that is locked",
     ("core/kinetile/show/film.py", "av.open(file, 'w', format='mp4')"): "a file that will replace",
     ("core/kinetile/records/frames.py", "gsd_module().open(file.name, 'w')"): "a file that will replace",
     (

@@ -315,7 +315,7 @@ class Malformed:
             self.arrays = {name: archive[name] for name in archive.files}
         said("export grid -s bodies=4 --until 0.1 --every 0.1 --to", folder / "good.xyz")
         self.frames = (folder / "good.xyz").read_text()
-        with pipe.Engine("cat") as self.engine:  # it has ended when answers are read in its place
+        with pipe.PipedEngine("cat") as self.engine:  # it has ended when answers are read in its place
             pass
         self.asked = Contacts().exchange(scene, np.zeros(0, kt.CONTACT))
         self.ways: dict[str, Callable[[random.Random], None]] = {

@@ -12,7 +12,7 @@ import pytest
 import kinetile as kt
 from command_line import kinetile
 from kinetile.errors import Refused
-from kinetile_bench.events import DENSITIES
+from kinetile_bench.event_rates import DENSITIES
 from lanes import BUILT_IN, COMPILED, SHARED, first
 
 ROOT = Path(__file__).parents[1]

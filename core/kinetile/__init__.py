@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import SceneSpec as SceneSpec
     from kinetile.plugin.specs import hookimpl as hookimpl
     from kinetile.records.encounters import encounters as encounters
-    from kinetile.records.events import EventRecorder as EventRecorder
     from kinetile.records.frames import frames as frames
     from kinetile.records.reading import read_events as read_events
+    from kinetile.records.recorder import EventRecorder as EventRecorder
     from kinetile.records.trajectory import Trajectory as Trajectory
     from kinetile.run.advance import Ended as Ended
     from kinetile.run.advance import Event as Event

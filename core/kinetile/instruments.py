@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from kinetile.plugin.choices import read_phase, write_phase
     from kinetile.plugin.parameters import Parameter
     from kinetile.plugin.registry import Provided
-    from kinetile.plugin.specs import Kind
+    from kinetile.plugin.specs import PluginKind
     from kinetile.records.contacts import read_contacts
     from kinetile.records.log import SIGNATURE
     from kinetile.records.reading import read_with_scene
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     from kinetile.show.html import facts, figure, grid, paragraph
     from kinetile.show.picture import escape
     from kinetile.show.player import View, view_scene
-    from kinetile.show.player.view import Choice
+    from kinetile.show.player.view import ShownPhase
     from kinetile.show.printed import figure_bytes
     from kinetile.sources import check_regular, open_regular
     from kinetile.targets import write_file

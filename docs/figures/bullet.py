@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import kinetile as kt
-from kinetile.show.picture import DARK, LIGHT, NEXT
+from kinetile.show.picture import DARK, LIGHT, NEXT_LOOK
 
 SCENE = Path(__file__).parents[1] / "scenes" / "bullet.toml"
 RATE = 60
@@ -182,7 +182,8 @@ def picture() -> str:
         "text{font:27px system-ui,sans-serif}.still{display:none}"
         "@media(prefers-reduced-motion:reduce){.still{display:inline}.plays{display:none}}"
         f".room,.clock{{fill:none;stroke-width:1.5}}.hand{{stroke:none}}"
-        f".wrong{{fill:{NEXT.colour};stroke:{NEXT.colour};stroke-width:3}}.way{{stroke-dasharray:8 5}}"
+        f".wrong{{fill:{NEXT_LOOK.colour};stroke:{NEXT_LOOK.colour};stroke-width:3}}"
+        f".way{{stroke-dasharray:8 5}}"
         f".right{{fill:none;stroke:{BLUE};stroke-width:3}}.was{{fill-opacity:.3}}"
     )
     papers = [

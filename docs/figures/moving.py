@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import kinetile as kt
 from kinetile.plugin.drawing import At, Box, Coordinate
-from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT
+from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT_LOOK
 
 UNTIL = 0.16
 """The end of the run, in the scene's time."""
@@ -174,8 +174,8 @@ def moving_picture() -> str:
     tile = LOOKS["tile"]
     style = (
         f".tile{{fill:{tile.colour};fill-opacity:{tile.filled};stroke:{tile.colour};stroke-width:1}}"
-        f".next{{fill:{NEXT.colour};fill-opacity:.55;stroke:{NEXT.colour};stroke-width:3}}"
-        f".ring{{fill:none;stroke:{NEXT.colour};stroke-width:2}}.arena{{fill:none;stroke-width:1.5}}"
+        f".next{{fill:{NEXT_LOOK.colour};fill-opacity:.55;stroke:{NEXT_LOOK.colour};stroke-width:3}}"
+        f".ring{{fill:none;stroke:{NEXT_LOOK.colour};stroke-width:2}}.arena{{fill:none;stroke-width:1.5}}"
     )
     papers = [
         f".back{{fill:{paper.back}}}.arena{{stroke:{paper.ink}}}.disc{{fill:{paper.disc};stroke:{paper.edge}}}"

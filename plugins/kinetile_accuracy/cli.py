@@ -15,7 +15,7 @@ import typer
 from kinetile.cli import options as cli
 from kinetile.cli.files import file_errors, try_folder
 from kinetile.cli.output import as_json, printed, rows_table, scene_summary, show
-from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, echo, make_ready, notice
+from kinetile.cli.terminal import DIFFERENT, EXIT_FAULT, Bar, echo, make_ready, notice
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def oracle(
             complete = certified.complete
         if not complete:
             notice(f"kinetile: the requested end was not reached: {certified.ending}")
-            raise typer.Exit(FAULT)
+            raise typer.Exit(EXIT_FAULT)
 
 
 def _follow(certifier: Oracle, max_contacts: int | None, bar: Bar) -> None:

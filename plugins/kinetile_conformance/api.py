@@ -18,7 +18,7 @@ from kinetile_conformance.isolated import DEATHS, IsolatedRunner
 from kinetile_conformance.pipe import JUDGING, EngineReport, EngineRunner
 from kinetile_conformance.pipe import SECONDS as LINE_SECONDS
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
-from kinetile_conformance.runner import CheckRun, Options, Plan, Runner, applicable, unheard
+from kinetile_conformance.runner import CheckRun, JudgingPlan, Options, Runner, applicable, unheard
 
 
 def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
@@ -32,7 +32,7 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
     message says where); Refused where it refuses every sample of a scene, or cannot be sent to another
     process; ValueError for a check that does not exist; and MissingExtra without Hypothesis.
     """
-    plan = Plan.of_phase(name, options)
+    plan = JudgingPlan.of_phase(name, options)
     with closing(IsolatedRunner(plan, options.get("on_scene", unheard))) as runner:
         names = runner.begin(plan.checks)
         report = _judged(plan.report(), runner, names, options)
@@ -47,7 +47,7 @@ def check_engine(
     not keep to the protocol. ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts
     need; of the ``options`` (``Options``) those apply that are not of phases; ``seconds`` is for a line, by
     the clock, and ``checks`` are names of ``JUDGING``; errors of these are as in ``check_broad_phase``."""
-    plan = Plan.of(Subject(command, {}), options, "check_engine")
+    plan = JudgingPlan.of(Subject(command, {}), options, "check_engine")
     if asked not in JUDGING:
         raise BadOption(f"asked is {asked!r}; expected {one_of(asked, JUDGING)}")
     wanted = plan.checks if options.get("checks") else (*JUDGING[asked],)
@@ -118,7 +118,7 @@ def replay(
         run = CheckRun(known[wanted], subject)
         with compiled_by_default(compiled):
             holds, took = run.holds(scene), time.perf_counter() - began
-            verdict = "" if holds else Runner(Plan(subject)).verdict(wanted, scene)
+            verdict = "" if holds else Runner(JudgingPlan(subject)).verdict(wanted, scene)
         if run.refused:
             raise Refused(run.refusal)
         if not holds:

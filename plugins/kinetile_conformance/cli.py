@@ -187,7 +187,7 @@ def to_judge(
     from kinetile_conformance.cases import Subject
     from kinetile_conformance.judging import Judged
     from kinetile_conformance.pipe import JUDGING, EngineReport
-    from kinetile_conformance.runner import Plan
+    from kinetile_conformance.runner import JudgingPlan
 
     asked, within = of_programs["--ask"] or "contacts", of_programs["--within"]
     if asked not in JUDGING:
@@ -213,7 +213,7 @@ def to_judge(
     for each in dict.fromkeys(phases):
         name, options = registered_phase(each)
         how: dict[str, Any] = {"options": options, **given}
-        report = Plan.of_phase(name, how).report()
+        report = JudgingPlan.of_phase(name, how).report()
         chosen.append(Judged(report, partial(check_broad_phase, name, **how)))
     how = {"asked": asked, "within": within}
     for command in dict.fromkeys(commands):

@@ -23,7 +23,7 @@ from kinetile_conformance.checks import FIRST, check_named
 from kinetile_conformance.drawing import Search, by_number, leave_out
 from kinetile_conformance.processes import IDLE, Child, Died, Hear, Message, leave_without_memory
 from kinetile_conformance.reporting import Result, diagnosed, saved
-from kinetile_conformance.runner import OnScene, Plan, Runner, unheard
+from kinetile_conformance.runner import JudgingPlan, OnScene, Runner, unheard
 from kinetile_conformance.strategies.changes import only_bodies
 from kinetile_conformance.strategies.gallery import smallest
 
@@ -75,7 +75,7 @@ class IsolatedRunner:
     """Runs checks on one phase in child processes, or, if the plan says so, in this one; ``close`` ends
     them. ``on_scene`` is called with the name of a check and its number of scenes so far."""
 
-    def __init__(self, plan: Plan, on_scene: OnScene = unheard) -> None:
+    def __init__(self, plan: JudgingPlan, on_scene: OnScene = unheard) -> None:
         self.deaths = 0
         self._plan = plan
         self._on_scene = on_scene
@@ -218,7 +218,7 @@ class IsolatedRunner:
         return True
 
 
-def _runner(plan: Plan, scene_seconds: float, subject: Subject, send: Hear) -> Runner:
+def _runner(plan: JudgingPlan, scene_seconds: float, subject: Subject, send: Hear) -> Runner:
     """Keeps the limits of a plan, and returns its runner. It sends each scene before it runs it, and again if
     it fails: what was seen is not lost, however the process ends."""
     deadline.keep_limits(scene_seconds, plan.memory)

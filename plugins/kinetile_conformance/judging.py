@@ -20,10 +20,10 @@ from kinetile_bench.user_scene import SceneRow, bench_scene
 from kinetile_conformance.cases import REFERENCE, Subject
 from kinetile_conformance.deadline import begin_scene
 from kinetile_conformance.isolated import IsolatedRunner
-from kinetile_conformance.pipe import Engine, EngineError, EngineReport
+from kinetile_conformance.pipe import EngineError, EngineReport, PipedEngine
 from kinetile_conformance.questions import Contacts
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
-from kinetile_conformance.runner import EXAMPLES, Plan, Runner, unheard
+from kinetile_conformance.runner import EXAMPLES, JudgingPlan, Runner, unheard
 from kinetile_conformance.strategies.changes import ended_at
 
 FAULTS = Path(__file__).with_name("faults.json")
@@ -140,7 +140,7 @@ class Judgement:
             for each in (each for each in self.judged if not each.error):
                 report = each.report
                 if not isinstance(report, EngineReport):
-                    runner = children.enter_context(closing(IsolatedRunner(Plan(report.subject))))
+                    runner = children.enter_context(closing(IsolatedRunner(JudgingPlan(report.subject))))
                     measures.append((each, partial(runner.attempt, "a measurement", _phase_measured)))
                 elif report.asked == "contacts":
                     measures.append((each, partial(_program_measured, report)))
@@ -167,7 +167,7 @@ class Judgement:
 def _program_measured(report: EngineReport, scene: Scene, contacts: Any) -> Measured:
     scene = ended_at(scene, float(contacts["time"][:BEGINNING].max(initial=scene.start)))
     exchange = Contacts(report.within).exchange(scene, _reference(Subject(REFERENCE, {}), scene)[0])
-    with Engine(report.label) as engine:
+    with PipedEngine(report.label) as engine:
         program = engine.program
         began, found, ended = program.cpu_seconds(), engine.answer(exchange), program.cpu_seconds()
         most = program.peak_bytes()

@@ -26,7 +26,7 @@ from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.processes import Program
 from kinetile_conformance.questions import LEAST_SHARE, QUESTIONS, Exchange, Question, without
 from kinetile_conformance.reporting import KIT_VERSION, Report, Result
-from kinetile_conformance.runner import REDUCING, CheckRun, OnScene, Plan
+from kinetile_conformance.runner import REDUCING, CheckRun, JudgingPlan, OnScene
 
 SECONDS = 10.0
 """Seconds by the clock that an engine has for a line."""
@@ -72,7 +72,7 @@ class EngineError(KinetileError, RuntimeError):
     """An engine does not start, ends early, gives no answer in time, or an invalid one."""
 
 
-class Engine(AbstractContextManager["Engine"]):
+class PipedEngine(AbstractContextManager["PipedEngine"]):
     """A program that answers lines, one for one; its stderr is passed on. A command is split as by a shell,
     and no shell runs it; ``seconds`` is the limit for a line, by the clock."""
 
@@ -178,7 +178,7 @@ class _EngineRun(CheckRun):
 
     failures = (Disagreement,)  # any other error is one of the engine's protocol, or of the kit
 
-    def __init__(self, each: Check, engine: Engine, question: Question, on_scene: OnScene) -> None:
+    def __init__(self, each: Check, engine: PipedEngine, question: Question, on_scene: OnScene) -> None:
         super().__init__(
             each, Subject(engine.command, {}), observe=lambda count, *_: on_scene(each.name, count)
         )
@@ -252,13 +252,13 @@ class EngineRunner:
     deaths = 0
 
     def __init__(
-        self, plan: Plan, asked: str, within: float | None, seconds: float, on_scene: OnScene
+        self, plan: JudgingPlan, asked: str, within: float | None, seconds: float, on_scene: OnScene
     ) -> None:
         self._plan = plan
         self._on_scene = on_scene
         self._asked, self._within = asked, within
         self._drawing = Drawing(plan.examples, plan.seed)
-        self._engine = Engine(plan.subject.name, seconds)
+        self._engine = PipedEngine(plan.subject.name, seconds)
 
     def close(self) -> None:
         """Ends the program."""

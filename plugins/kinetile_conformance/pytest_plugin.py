@@ -21,9 +21,9 @@ def parametrize_with_checks(
     from kinetile.instruments import check_options
     from kinetile_conformance.checks import check_named
     from kinetile_conformance.isolated import IsolatedRunner
-    from kinetile_conformance.runner import Plan
+    from kinetile_conformance.runner import JudgingPlan
 
-    plan = Plan.of_phase(name, options, "parametrize_with_checks")
+    plan = JudgingPlan.of_phase(name, options, "parametrize_with_checks")
     known = {check_named(each).name: why for each, why in (expected_failures or {}).items()}
     phase = registry().target("broad phase", name)
     check_options("broad phase", name, phase, plan.subject.options)

@@ -1,7 +1,7 @@
 """The runner: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
 
 ``Runner`` works in this process; ``kinetile_conformance.isolated`` has one work in a child process.
-``Options`` are what a caller may choose; a ``Plan`` has them checked and completed.
+``Options`` are what a caller may choose; a ``JudgingPlan`` has them checked and completed.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ OF_OTHERS = {"options", "narrow_phases", "response", "on_result", "on_scene"}
 
 
 @dataclass(frozen=True)
-class Plan:
+class JudgingPlan:
     """The options of a conformance run, checked and completed, and the phases under test. ``seconds`` are
     those of one check; ``explains`` is whether a failure is repeated, and tried under other phases."""
 
@@ -121,7 +121,7 @@ class Plan:
     memory: int = MEMORY
 
     @classmethod
-    def of(cls, subject: Subject, options: Mapping[str, Any], call: str = "check_broad_phase") -> Plan:
+    def of(cls, subject: Subject, options: Mapping[str, Any], call: str = "check_broad_phase") -> JudgingPlan:
         """Returns the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out. Raises
         BadOption for an unknown one of the ``call``, or no examples."""
         known = [*Options.__annotations__, "explains"]
@@ -138,7 +138,7 @@ class Plan:
         return replace(plan, seconds=plan.seconds * max(1.0, plan.examples / EXAMPLES))
 
     @classmethod
-    def of_phase(cls, name: str, options: Mapping[str, Any], call: str = "check_broad_phase") -> Plan:
+    def of_phase(cls, name: str, options: Mapping[str, Any], call: str = "check_broad_phase") -> JudgingPlan:
         """Returns the plan for a phase. Raises UnknownName, BadOption, ValueError for an unknown check."""
         narrow: dict[str, Mapping[str, Any]] = {}
         for each, chosen in read_narrow_phases(options.get("narrow_phases") or ()).items():
@@ -255,7 +255,9 @@ class Runner:
     """Runs checks in this process. ``observe`` is called with the number of scenes so far, a scene, and None
     before a check runs on it, and with the error if it fails."""
 
-    def __init__(self, plan: Plan, observe: Callable[[int, Scene, Exception | None], None] = unheard) -> None:
+    def __init__(
+        self, plan: JudgingPlan, observe: Callable[[int, Scene, Exception | None], None] = unheard
+    ) -> None:
         self.plan = plan
         self.subject = plan.subject
         self._drawing = Drawing(plan.examples, plan.seed, partial(acceptable, plan.subject, known={}))

@@ -4,12 +4,12 @@ import os
 from pathlib import Path
 
 from kinetile.errors import BadOption
-from kinetile.instruments import Choice, View, view_scene
+from kinetile.instruments import ShownPhase, View, view_scene
 from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, load_case
 
 
 def view_saved(
-    path: str | os.PathLike[str], tested: Choice | None = None, *, until: float | None = None
+    path: str | os.PathLike[str], tested: ShownPhase | None = None, *, until: float | None = None
 ) -> View | None:
     """Returns a view of a saved case, which opens where the phase under test (``tested``, or the one that
     the file names) differs from the reference; None of any other scene. Raises BadOption where there is no

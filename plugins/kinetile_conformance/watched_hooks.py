@@ -164,7 +164,7 @@ def changed(name: str, now: Any, was: Any, may: Iterable[str | None] = ()) -> It
 
 def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
     clock = k.clock[0]
-    first, last, hand = len(before["offers"][1]), int(clock.lists.offered), int(clock.hand)
+    first, last, at_work = len(before["offers"][1]), int(clock.lists.offered), int(clock.at_work)
     if not first <= last <= len(k.offers):
         return  # the list overflowed: every body is settled again
     left = k.offers[first:last]
@@ -174,9 +174,9 @@ def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
     now, was = before["queue"]
     stays = now["key"] < np.minimum(now["own"], was["own"])  # filed under something earlier: not settled
     for body in np.flatnonzero((now["own"] != was["own"]) & ~stays).tolist():
-        if body not in settled and (body != hand or of_hand == 0):
+        if body not in settled and (body != at_work or of_hand == 0):
             yield f"queue[{body}].own, the certificate of body {body}, other than by schedule"
-    if of_hand < 0 or (of_hand > 0 and hand < 0 and not stays.any()):
+    if of_hand < 0 or (of_hand > 0 and at_work < 0 and not stays.any()):
         yield f"counts.updated ({set_anew} more, where {len(settled)} certificates were scheduled)"
 
 

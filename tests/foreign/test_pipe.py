@@ -18,7 +18,7 @@ import kinetile as kt
 from command_line import kinetile
 from kinetile_conformance import check_engine
 from kinetile_conformance.drawing import Drawing
-from kinetile_conformance.pipe import Engine, EngineError
+from kinetile_conformance.pipe import EngineError, PipedEngine
 from kinetile_conformance.questions import (
     Casts,
     Contacts,
@@ -214,7 +214,7 @@ def test_times_within_a_distance(tmp_path):
     scene = kt.Scene([[1, 1], [3, 1.2]], [[1.0, 0.25], [0, 0.3]], 0.5, arena=(4.0, 4.0), settings=end)
     for fault, distance, right in ((5, 1e-9, True), (5, 1e-18, False), (4, 1e-3, False)):
         exchange = asked(scene, distance)
-        with Engine(compiled(tmp_path, "-DTIMES", f"-DFAULT={fault}")) as engine:
+        with PipedEngine(compiled(tmp_path, "-DTIMES", f"-DFAULT={fault}")) as engine:
             assert (exchange.judge(engine.answer(exchange)) is None) is right
 
 
@@ -333,7 +333,7 @@ def test_a_child_in_a_session_of_its_own_that_kept_the_pipe_hung_the_judge(then,
     program.write_text(HELD + then, encoding="utf-8")
     scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
     try:
-        with Engine(shlex.join([sys.executable, str(program), str(file)]), seconds=2.0) as engine:
+        with PipedEngine(shlex.join([sys.executable, str(program), str(file)]), seconds=2.0) as engine:
             for _ in range(2):
                 with pytest.raises(EngineError, match="the engine gave no answer within 2 s"):
                     engine.answer(line_of(scene))
@@ -357,7 +357,7 @@ def test_lines_longer_than_a_pipe(capfd, tmp_path):
     )
     scene = kt.Scene(np.arange(20_000).reshape(-1, 2) * 1.5, np.zeros((10_000, 2)), 0.5)
     line = line_of(scene)
-    with Engine(command) as engine:
+    with PipedEngine(command) as engine:
         answers = {engine.answer(line) for _ in range(3)}
     (answer,) = answers
     assert int(answer.lstrip("x")) > 2**20

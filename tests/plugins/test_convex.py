@@ -17,7 +17,7 @@ from by_the_rules import rows
 from convex_questions import Question, drawn_shape
 from inside import engine_of
 from kinetile.errors import SceneError, ZenoError
-from kinetile.kernel.loop.predictions import FAR, MARGIN
+from kinetile.kernel.loop.predictions import LEFT_OUT, MARGIN
 from kinetile.kernel.tables import NEVER, NOBODY
 from kinetile_accuracy.specification.arithmetic import FlightPlan, Frame, Separation, unit_bits
 from kinetile_accuracy.specification.shapes import Difference, dot, less
@@ -131,7 +131,7 @@ def test_of_two_sides_in_one_line_the_corner_between_them_was_awaited():
 
 def not_before_tick(ticks: float) -> float:
     """Return what the loop makes of a bound (``predictions.not_before``)."""
-    return int(max(ticks - MARGIN, 0.0)) if ticks < FAR else NEVER
+    return int(max(ticks - MARGIN, 0.0)) if ticks < LEFT_OUT else NEVER
 
 
 def overlaps(m: Difference, flight: Separation) -> bool:

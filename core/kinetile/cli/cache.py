@@ -16,7 +16,7 @@ import typer
 from kinetile.cli import options as cli
 from kinetile.cli.options import Csv, Json, flag
 from kinetile.cli.output import printed, show, table_of
-from kinetile.cli.terminal import FAULT, echo, notice
+from kinetile.cli.terminal import EXIT_FAULT, echo, notice
 from kinetile.errors import BadOption
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
@@ -76,7 +76,7 @@ def cache(
     for sentence in left:
         notice(f"kinetile: cannot be removed: {sentence}")
     if left:
-        raise typer.Exit(FAULT)
+        raise typer.Exit(EXIT_FAULT)
 
 
 @app.command()
@@ -113,7 +113,7 @@ def warm(
             echo(f"{scene}: {', '.join(phases)}: {said}")
     printed(rows, rows, json=json, csv=csv)
     if not all(row["kept"] for row in rows):
-        raise typer.Exit(FAULT)  # the log has said why
+        raise typer.Exit(EXIT_FAULT)  # the log has said why
 
 
 def _files(folder: Path) -> dict[Path, re.Match[str]]:

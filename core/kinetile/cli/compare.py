@@ -9,7 +9,7 @@ import typer
 
 from kinetile.cli import options as cli
 from kinetile.cli.output import printed, scene_summary, show, table_of
-from kinetile.cli.terminal import DIFFERENT, FAULT, Bar, make_ready, notice
+from kinetile.cli.terminal import DIFFERENT, EXIT_FAULT, Bar, make_ready, notice
 
 if TYPE_CHECKING:
     from kinetile.comparison import Comparison, PhaseOutcome
@@ -68,7 +68,7 @@ def compare(
         raise typer.Exit(DIFFERENT)
     if comparison.fault is not None:
         notice("kinetile: the phases agree, but none of them reached the requested end")
-        raise typer.Exit(FAULT)
+        raise typer.Exit(EXIT_FAULT)
 
 
 def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool, csv: bool) -> None:

@@ -16,7 +16,7 @@ from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_assignments, read_option, read_phase, read_phases, read_value
 
 if TYPE_CHECKING:
-    from kinetile.plugin.specs import Kind
+    from kinetile.plugin.specs import PluginKind
     from kinetile.scene import Scene
 
 
@@ -233,7 +233,7 @@ def read_numbers(text: str, kind: type, where: str) -> list[Any]:
     return numbers
 
 
-def registered_phase(text: str, kind: Kind = "broad phase") -> tuple[str, dict[str, Any]]:
+def registered_phase(text: str, kind: PluginKind = "broad phase") -> tuple[str, dict[str, Any]]:
     """Returns a phase's name (not an alias) and options; raises UnknownName."""
     from kinetile.plugin.registry import registry
 

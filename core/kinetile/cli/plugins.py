@@ -17,7 +17,7 @@ from kinetile.versions import __version__
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from kinetile.plugin.specs import Kind
+    from kinetile.plugin.specs import PluginKind
 
 
 def plugins(json: Json = False, csv: Csv = False) -> None:
@@ -52,11 +52,12 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
 
 def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
     """Returns the options of all that takes some: their types and defaults; those of every recipe once."""
-    from kinetile.scene.by_name import SHARED
+    from kinetile.scene.by_name import SHARED_PARAMETERS
 
-    shared = [each.name for each in SHARED]
+    shared = [each.name for each in SHARED_PARAMETERS]
     rows = [
-        ("scene", "(each)", each.name, _type(each.type), str(each.default) or "(empty)") for each in SHARED
+        ("scene", "(each)", each.name, _type(each.type), str(each.default) or "(empty)")
+        for each in SHARED_PARAMETERS
     ]
     for row in listing["provided"]:
         own = [each for each in row["options"] if row["kind"] != "scene" or each["name"] not in shared]
@@ -112,7 +113,7 @@ def _recipe(name: str) -> dict[str, Any]:
     return listing | _options("scene", name, "parameters")
 
 
-def _options(kind: Kind, name: str, key: str) -> dict[str, Any]:
+def _options(kind: PluginKind, name: str, key: str) -> dict[str, Any]:
     from kinetile.plugin.parameters import REQUIRED, parameters_of
     from kinetile.scene.by_name import accepted_parameters
 

@@ -16,7 +16,7 @@ from kinetile.errors import BadOption
 from kinetile.plugin.choices import read_phase
 
 if TYPE_CHECKING:
-    from kinetile.records.events import EventRecorder
+    from kinetile.records.recorder import EventRecorder
     from kinetile.run.simulation import Simulation
     from kinetile.scene import Settings
 
@@ -252,7 +252,7 @@ def _settings(simulation: Simulation, broad: bool, narrow: bool, until: float | 
 def _recorder(
     simulation: Simulation, events: Path, requested: dict[str, Any], **options: Any
 ) -> EventRecorder:
-    from kinetile.records.events import EventRecorder
+    from kinetile.records.recorder import EventRecorder
 
     with file_errors("--events"):
         return EventRecorder(events, simulation.scene, runner.phases_of(simulation) | requested, **options)

@@ -19,13 +19,13 @@ import typer
 from kinetile.cli.files import file_errors
 from kinetile.cli.observed import observed_table, write_observed
 from kinetile.cli.output import scene_summary, show, show_labels
-from kinetile.cli.terminal import FAULT, FAULTS, Bar, FirstSignal, make_ready, notice, put
+from kinetile.cli.terminal import EXIT_ERRORS, EXIT_FAULT, Bar, FirstSignal, make_ready, notice, put
 from kinetile.errors import BadOption, RecordError, Refused
 from kinetile.plugin.choices import called
 from kinetile.targets import write_file
 
 if TYPE_CHECKING:
-    from kinetile.records.events import EventRecorder
+    from kinetile.records.recorder import EventRecorder
     from kinetile.run.simulation import Progress, Simulation
     from kinetile.scene import Scene
     from kinetile.statistics import Observed
@@ -76,7 +76,9 @@ def run_to_end(
             try:
                 write_contacts(contacts, *what)
             except OSError as error:
-                ending = RunEnd(ending.status, FAULT, f"--contacts {contacts}: {error.strerror or error}")
+                ending = RunEnd(
+                    ending.status, EXIT_FAULT, f"--contacts {contacts}: {error.strerror or error}"
+                )
     if encounters is not None:
         with file_errors(f"--encounters {encounters}"):
             _write_encounters(encounters, simulation, recorder, rows)
@@ -138,10 +140,10 @@ def _carry_out(
         except KeyboardInterrupt:
             number = signals.number or signal.SIGINT
             return RunEnd("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{saved}")
-        except (*FAULTS, Refused) as error:
+        except (*EXIT_ERRORS, Refused) as error:
             if isinstance(error, Refused) and simulation.time == simulation.scene.start:
                 raise  # the scene, and not a command on the way
-            return RunEnd(f"fault: {type(error).__name__}", FAULT, str(error))
+            return RunEnd(f"fault: {type(error).__name__}", EXIT_FAULT, str(error))
     return RunEnd("complete")
 
 

@@ -17,7 +17,7 @@ from kinetile.targets import write_file
 
 if TYPE_CHECKING:
     from kinetile.show.player import View
-    from kinetile.show.player.view import Choice
+    from kinetile.show.player.view import ShownPhase
 
 VIEWS_GROUP = "kinetile.views"
 """Entry points by which plugins show scene files of their own kind: each is a function of a path, a broad
@@ -86,7 +86,7 @@ def draw(
         with Bar("running", this_scene.start) as bar:
             simulation.run(until=at, progress=bar)
     if space_time is None:
-        from kinetile.show.picture import MOST_PAIRS, take_picture
+        from kinetile.show.picture import PAIRS_DRAWN, take_picture
         from kinetile.show.printed import as_printed
         from kinetile.show.svg import as_svg
 
@@ -95,7 +95,7 @@ def draw(
         except ValueError as error:
             raise BadOption(f"--roles: {error}") from error
         if picture.left_out:
-            notice(f"kinetile: pairs are left out, they are more than {MOST_PAIRS}; --pairs draws them")
+            notice(f"kinetile: pairs are left out, they are more than {PAIRS_DRAWN}; --pairs draws them")
         drawn = as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
     else:
         from kinetile.show.space_time import space_time_svg, take_space_time
@@ -201,7 +201,7 @@ def _view(
 
     begin, until, at = times
     first = [] if broad_phase is None else [broad_phase]
-    phases: list[Choice] = [*map(read_phase, [*first, *read_phases(beside or "")])]
+    phases: list[ShownPhase] = [*map(read_phase, [*first, *read_phases(beside or "")])]
     if beside is not None and not first:
         raise BadOption("--beside is for more broad phases: name the first with --broad-phase")
     if scene.lower().endswith(".parquet"):

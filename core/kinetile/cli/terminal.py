@@ -22,12 +22,12 @@ from kinetile.run.interrupts import comes_later
 if TYPE_CHECKING:
     from kinetile.run.simulation import Progress, Simulation
 
-FAULT = 1
+EXIT_FAULT = 1
 DIFFERENT = 1
 USAGE = 2
 INTERRUPTED = 128 + signal.SIGINT
 UNREAD = 128 + getattr(signal, "SIGPIPE", 13)
-FAULTS = (*FAULTS_OF_RUNS, RecordError)
+EXIT_ERRORS = (*FAULTS_OF_RUNS, RecordError)
 """Errors of a run after a correct command."""
 
 BAR_DELAY = 2.0
@@ -63,7 +63,7 @@ def results_on_stdout() -> Iterator[None]:
     and the exit code is that of SIGPIPE, as of other programs. What an encoding lacks is escaped."""
     if sys.stdout is None:
         notice("kinetile: the result cannot be printed: stdout is closed")
-        raise SystemExit(FAULT)
+        raise SystemExit(EXIT_FAULT)
     for stream, instead in ((sys.stdout, "backslashreplace"), (sys.stdin, "replace")):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors=instead)
@@ -78,7 +78,7 @@ def results_on_stdout() -> Iterator[None]:
             raise SystemExit(UNREAD) from error
         what = "the result cannot be printed" if error.filename is None else str(error.filename)
         notice(f"kinetile: {what}: {error.strerror or error}")
-        raise SystemExit(FAULT) from error
+        raise SystemExit(EXIT_FAULT) from error
 
 
 def _give_up(stream: TextIO) -> None:
@@ -97,7 +97,7 @@ def exit_codes() -> Iterator[None]:
             yield
         except KinetileError as error:
             notice(f"kinetile: {error}")
-            raise typer.Exit(FAULT if isinstance(error, FAULTS) else USAGE) from error
+            raise typer.Exit(EXIT_FAULT if isinstance(error, EXIT_ERRORS) else USAGE) from error
         except KeyboardInterrupt as error:
             notice("kinetile: interrupted")
             number = error.args[0] if error.args else signal.SIGINT

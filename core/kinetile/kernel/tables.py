@@ -37,7 +37,7 @@ Tables = TypeVar("Tables", bound=tuple[Any, ...])
 NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
-OUT = NEVER - 1
+TAKEN_OUT = NEVER - 1
 """The key of a body that has been taken out of the calendar, and is filed again when it is settled."""
 
 NOT_ASKED = -(2**63)
@@ -49,7 +49,7 @@ NOBODY = -1
 LONG_AGO = -(1 << 62)
 """The earliest tick that the tables keep as the clock's base moves, and that of what has not happened yet."""
 
-CHORD, STRUCTURAL, GUESS, TURN, WALL, PAIR, PARTING = -2, *range(6)
+CHORD, STRUCTURAL, GUESS, COMMANDED, WALL, PAIR, PARTING = -2, *range(6)
 """What an entry of the queue is, in the order in which events of one tick run."""
 
 
@@ -184,10 +184,10 @@ ENTRY = record(
     ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
 )
 LINK = record(("next prev", "i4", VALUE, DERIVED), align=False)
-PLACE = record((FIELDS, "f8", VALUE, DERIVED), align=False)
+PLAN_NUMBERS = record((FIELDS, "f8", VALUE, DERIVED), align=False)
 SCOUTED = record(("body partner", "i4", SLOT, DERIVED), align=False)
 OFFER = record(("a b", "i4", SLOT, DERIVED), align=False)
-HELD = record(
+HELD_PAIR = record(
     ("a b", "i4", SLOT, DERIVED),  # the bodies of a pair, a < b; a = -1: a free record
     ("next_a prev_a next_b prev_b", "i4", VALUE, DERIVED),  # neighbours in a's and b's lists of pairs
     ("holds", "i4", VALUE, DERIVED),  # how many reasons the broad phase gave for the pair
@@ -210,7 +210,7 @@ PASSING = record(
     ("begun", "i8", PAST, CARRIED),  # when they began
     ("m n", "i8", VALUE, CARRIED),  # the image through which they pass, seen from the elder
     ("a b", "i4", SLOT, CARRIED),
-    *declared(HELD)[2:6],
+    *declared(HELD_PAIR)[2:6],
 )
 COMMAND = record(
     ("tick", "i8", TICK, CARRIED),
@@ -293,13 +293,13 @@ STOPS = record(
     ("tick", "i8", PAST, CARRIED),  # at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
-NEXT = record(
+NEXT_EVENT = record(
     ("tick", "i8", TICK, DERIVED),
     ("kind a b", "i8", VALUE, DERIVED),
 )
 """What comes next: a kind as entries have it or a command's code; numbers of bodies, ``b`` or NOBODY."""
 
-FAULTS = record(
+FAULT_RECORD = record(
     ("code", "i8", COUNT, CARRIED),
     ("a b", "i8", PARTNER, CARRIED),
 )
@@ -313,7 +313,7 @@ CLOCK = record(
     ("present", "i8", COUNT, DERIVED),  # bodies in the scene now
     ("kinds", "i8", COUNT, DERIVED),  # of bodies
     ("built", "i8", VALUE, DERIVED),
-    ("hand", "i8", VALUE, DERIVED),  # the body whose hook is at work: it is settled after it
+    ("at_work", "i8", VALUE, DERIVED),  # the body of the hook that runs: it is settled after it
     ("about", "i8", DUE, DERIVED),  # a bound shortly before the contact that is computed exactly, or NEVER
     ("met_tick", "i8", PAST, CARRIED),  # the tick of the last contact,
     ("met_there", "i8", COUNT, CARRIED),  # and how many there were at it
@@ -323,8 +323,8 @@ CLOCK = record(
     ("jam", JAM),  # detects runs without progress
     ("stops", STOPS),  # at contacts that are watched
     ("torus", TORUS),  # where axes are periodic (``kernel.images``)
-    ("fault", FAULTS),  # the first one, of bodies a and b
-    ("next", NEXT),  # written where the loop looks ahead and runs nothing
+    ("fault", FAULT_RECORD),  # the first one, of bodies a and b
+    ("next", NEXT_EVENT),  # written where the loop looks ahead and runs nothing
 )
 COUNTS = record(
     ("contacts_disc contacts_wall turns inserted removed", "i8", COUNT, CARRIED),
@@ -346,7 +346,7 @@ COUNTS = record(
 
 _OF_A_BODY = [each for dtype in (ENTRY, RESTING_SHAPED, TRAIT, IMAGE) for each in declared(dtype, CARRIED)]
 
-ROWS = {
+CARRIED_ROWS = {
     "plans": record(("mass", "f8", VALUE, CARRIED), *_OF_A_BODY, align=False),
     "passings": record(*declared(PASSING, CARRIED), align=False),
     "commands": COMMAND,
@@ -362,13 +362,13 @@ THEMSELVES = np.array(sorted(WALLS), np.int32)
 OFFERS = 1 << 10
 """Offers that a hook may leave behind; with more, every body is refreshed."""
 
-MANY = 1 << 15
+MANY_BODIES = 1 << 15
 """Bodies. For more there are more slices, since the look-ahead fetches in vain for bodies of a later year."""
 
 PAGE = 1 << 21
 """Bytes of a large page."""
 
-SHARED = 1 << 17
+ON_LARGE_PAGES = 1 << 17
 """Bytes from which on a table is on large pages: those of smaller scenes gain nothing."""
 
 FOUND = 16
@@ -430,7 +430,7 @@ def _zeroed(size: int) -> npt.NDArray[np.uint8]:
     """Return zeroed bytes: on large pages, where the system has such and the table is not small. Events read
     a table here and there, and with small pages the processor has to look up where each is as well."""
     global _rest
-    if size >= SHARED:
+    if size >= ON_LARGE_PAGES:
         with suppress(AttributeError, OSError, OverflowError), _one_at_a_time:  # none, or no memory
             if size > len(_rest):
                 pages = mmap.mmap(-1, size + -size % PAGE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
@@ -453,7 +453,7 @@ def equal(number: float, length: int) -> npt.NDArray[np.float64]:
     return as_strided(np.full(1, number), (length,), (0,))
 
 
-_EMPTY: dict[str, Any] = {"forms": FORM, "pairs": HELD, "images": IMAGE, "traits": TRAIT, "rules": RULE}
+_EMPTY: dict[str, Any] = {"forms": FORM, "pairs": HELD_PAIR, "images": IMAGE, "traits": TRAIT, "rules": RULE}
 _EMPTY |= {"passings": PASSING, "commands": COMMAND, "watched": OFFER, "log": ROW, "numbers": np.float64}
 _EMPTY |= {"lookup": np.int32, "firsts": np.int32, "passers": np.int32}
 _EMPTY |= {"watch": np.uint8, "watched_kinds": np.uint8}
@@ -476,11 +476,11 @@ def allocate(
     own = (ACCELERATED_SHAPED if shaped else ACCELERATED_BODY) if accelerated else seen
     if resting:
         own = RESTING_SHAPED if shaped else RESTING_BODY
-    per_body = 4 if bodies < MANY else 8
+    per_body = 4 if bodies < MANY_BODIES else 8
     slices = 1 << max(6, (per_body * bodies - 1).bit_length())
     k = Kernel(
         bodies=begun(record_table(own, bodies)) if accelerated else record_table(own, bodies),
-        places=record_table(PLACE, bodies),
+        places=record_table(PLAN_NUMBERS, bodies),
         mass=equal(1.0, bodies) if alike else np.ones(bodies),
         radii=equal(0.0, bodies) if alike else np.zeros(bodies),
         sides=record_table(SIDES, bodies if shaped else 0),
@@ -494,8 +494,8 @@ def allocate(
         offers=record_table(OFFER, OFFERS),
         slots=np.arange(bodies, dtype=np.int32),
         shadows=record_table(seen, bodies if accelerated else 0),
-        shades=record_table(PLACE, bodies if accelerated else 0),
-        pulls=record_table(PLACE, bodies if accelerated else 0),
+        shades=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
+        pulls=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
         met=record_table(MET, log_rows),
         clock=begun(record_table(CLOCK, 1)),
         counts=record_table(COUNTS, 1),
@@ -511,7 +511,7 @@ def pair_set(k: Kernel, room: int) -> Kernel:
     """Return the tables with an empty pair set that has room for ``room`` pairs."""
     slots = 1 << max(4, (2 * room - 1).bit_length())
     return k._replace(
-        pairs=record_table(HELD, room),
+        pairs=record_table(HELD_PAIR, room),
         lookup=np.full(slots, -1, dtype=np.int32),
         firsts=np.full(len(k.bodies), -1, dtype=np.int32),
     )

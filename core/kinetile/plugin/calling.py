@@ -11,7 +11,7 @@ from typing import Any
 
 from kinetile.errors import KinetileError, PhaseError, UnknownName
 from kinetile.plugin.registry import defined_at, registry, sentence
-from kinetile.plugin.specs import Kind
+from kinetile.plugin.specs import PluginKind
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis")
 NOT_AUTHORS = {Path(__file__).parents[1]}
@@ -20,7 +20,7 @@ NOT_AUTHORS = {Path(__file__).parents[1]}
 STDLIB = Path(sysconfig.get_paths()["stdlib"])
 
 
-def described(kind: Kind, name: str) -> str:
+def described(kind: PluginKind, name: str) -> str:
     """Returns a phase as messages name it, with its plugin and distribution."""
     try:
         return f"{kind} {name!r} of {registry().provided(kind, name).source}"
@@ -57,7 +57,7 @@ def is_library(path: Path) -> bool:
 
 
 @contextmanager
-def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Iterator[None]:
+def calling(kind: PluginKind, name: str, what: str, *, may_refuse: bool = True) -> Iterator[None]:
     """Within this, ``what`` of a phase runs; exceptions become PhaseError, refusals unless ``may_refuse``."""
     try:
         yield
@@ -70,7 +70,7 @@ def calling(kind: Kind, name: str, what: str, *, may_refuse: bool = True) -> Ite
         raise PhaseError(text) from None if isinstance(error, StopIteration) else error
 
 
-def _definition(kind: Kind, name: str, what: str) -> str:
+def _definition(kind: PluginKind, name: str, what: str) -> str:
     """Returns where ``what`` is defined, whose arguments may be other ones, or else ``prepare``."""
     with suppress(KinetileError):
         target: Any = registry().target(kind, name)

@@ -15,10 +15,10 @@ from string import Template
 
 from kinetile.errors import BadOption, one_of
 from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import Kind
+from kinetile.plugin.specs import PluginKind
 from kinetile.targets import record_errors, write_file
 
-_KINDS: dict[str, tuple[Kind, str, str]] = {
+_KINDS: dict[str, tuple[PluginKind, str, str]] = {
     "phase": ("broad phase", "bodies on leashes; near are those whose leashes meet", "conform {}"),
     "response": ("response", "elastic, but for a part of the speed", "conform naive --response {}"),
     "observable": ("observable", "the mean speed", "run grid --observe {}"),
@@ -26,15 +26,15 @@ _KINDS: dict[str, tuple[Kind, str, str]] = {
 }
 """What can be written, by its module: its kind in the registry, its summary, and a command that uses it."""
 
-KINDS = ("broad-phase", *[*_KINDS][1:])
+PLUGIN_KINDS = ("broad-phase", *[*_KINDS][1:])
 
 
 def new_plugin(name: str, into: str | os.PathLike[str] = ".", kind: str = "broad-phase") -> Path:
     """Writes the package kinetile-NAME into an existing folder, and returns the package's own folder.
-    ``name`` is that of what it brings, of a ``kind`` of ``KINDS``: letters, digits and dashes, others folded.
-    Raises BadOption where one is invalid or taken, there is no such folder, or its own is there already."""
-    if kind not in KINDS:
-        raise BadOption(f"kind is {kind!r}; expected {one_of(str(kind), KINDS)}")
+    ``name`` is that of what it brings, of a ``kind`` of ``PLUGIN_KINDS``: letters, digits and dashes, others
+    folded. Raises BadOption where one is invalid or taken, no such folder is there, or its own is already."""
+    if kind not in PLUGIN_KINDS:
+        raise BadOption(f"kind is {kind!r}; expected {one_of(str(kind), PLUGIN_KINDS)}")
     words, into = _words(name, kind.rpartition("-")[2]), Path(into)
     if not os.path.isdir(into):
         raise BadOption(f"there is no folder {str(into)!r} to write {words['distribution']} into")

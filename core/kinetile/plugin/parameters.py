@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from kinetile.errors import PhaseError
 from kinetile.plugin.calling import calling
 from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import Kind
+from kinetile.plugin.specs import PluginKind
 
 REQUIRED = inspect.Parameter.empty
 """The default of a parameter without one."""
@@ -25,7 +25,7 @@ class Parameter(NamedTuple):
     meaning: str = ""
 
 
-def parameters_of(kind: Kind, name: str) -> tuple[Parameter, ...]:
+def parameters_of(kind: PluginKind, name: str) -> tuple[Parameter, ...]:
     """Returns the options of a phase, response or observable, or a recipe's parameters, as in its signature.
     Raises UnknownName, and PhaseError for what does not import, or a recipe whose signature hides some."""
     target = registry().target(kind, name)

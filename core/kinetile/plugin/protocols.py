@@ -309,7 +309,7 @@ class NarrowPhase(Protocol):
 MOST = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
-PLAIN = ("arrange", "audit", "draw")
+PYTHON_PARTS = ("arrange", "audit", "draw")
 
 DRAWN_AS = ("", "tiling", "bounds x", "bounds y", "boxes")
 """Structures that a page can compute."""
@@ -383,7 +383,7 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
             yield f"state is to be a NamedTuple of arrays, at least one, and {found}"
     if parts.drawn_as not in DRAWN_AS:
         yield f"drawn_as is {_shown(parts.drawn_as)}; expected one of {DRAWN_AS}"
-    for name in PLAIN:
+    for name in PYTHON_PARTS:
         function = getattr(parts, name)
         if function is not None and not callable(function):
             yield f"{name} is {_shown(function)}; expected a function or None"

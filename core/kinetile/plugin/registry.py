@@ -30,13 +30,13 @@ from kinetile.errors import (
     shown,
 )
 from kinetile.plugin import specs
-from kinetile.plugin.specs import Kind, NarrowPhaseSpec, SceneSpec, Spec
+from kinetile.plugin.specs import NarrowPhaseSpec, PluginKind, SceneSpec, Spec
 
 
 class Provided(NamedTuple):
     """One name in the registry, and its plugin (no distribution and version: added in this process)."""
 
-    kind: Kind
+    kind: PluginKind
     spec: Spec
     plugin: str
     distribution: str | None = None
@@ -83,7 +83,7 @@ class Registry:
     def __repr__(self) -> str:
         return f"<Registry: {len(self._provided)} names, {len(self.failures)} failures>"
 
-    def target(self, kind: Kind, name: str) -> Callable[..., Any]:
+    def target(self, kind: PluginKind, name: str) -> Callable[..., Any]:
         """Imports and returns the class of a phase, response or observable, or the recipe of a scene. Raises
         UnknownName, and PhaseError where the target does not import, or is no class or function."""
         provided = self.provided(kind, name)
@@ -103,15 +103,15 @@ class Registry:
             raise PhaseError(f"{where} is {found!r}; expected a class")
         return found
 
-    def spec(self, kind: Kind, name: str) -> Spec:
+    def spec(self, kind: PluginKind, name: str) -> Spec:
         """Returns the spec of a name or alias, importing nothing. Raises UnknownName."""
         return self.provided(kind, name).spec
 
     @answering
-    def provided(self, kind: Kind, name: str) -> Provided:
+    def provided(self, kind: PluginKind, name: str) -> Provided:
         """Returns the entry of a name or alias, to the letter, with its plugin. Raises UnknownName."""
-        if not isinstance(kind, str) or kind not in get_args(Kind):
-            raise UnknownName("kind of plugin", kind, available=get_args(Kind))
+        if not isinstance(kind, str) or kind not in get_args(PluginKind):
+            raise UnknownName("kind of plugin", kind, available=get_args(PluginKind))
         known = {each: p for p in self._provided if p.kind == kind for each in _all_names(p.spec)}
         if name in known:
             return known[name]
@@ -120,7 +120,7 @@ class Registry:
         there = self.names(kind)
         raise UnknownName(kind, name, suggestion=meant, available=there, failures=self.failures, other=other)
 
-    def names(self, kind: Kind) -> tuple[str, ...]:
+    def names(self, kind: PluginKind) -> tuple[str, ...]:
         """Returns names of a kind, the built-in first, without aliases and those with ``_``, for own use."""
         names = (each.spec.name for each in self._provided if each.kind == kind)
         return tuple(name for name in names if not name.startswith("_"))
@@ -227,7 +227,7 @@ def _source(plugin: str, distribution: str | None, version: str | None) -> str:
 
 
 _GROUP = "kinetile"
-_HOOKS: dict[str, tuple[Kind, type[Spec]]] = {
+_HOOKS: dict[str, tuple[PluginKind, type[Spec]]] = {
     "kinetile_broad_phases": ("broad phase", specs.BroadPhaseSpec),
     "kinetile_narrow_phases": ("narrow phase", specs.NarrowPhaseSpec),
     "kinetile_responses": ("response", specs.ResponseSpec),
@@ -250,7 +250,7 @@ def installed(group: str = _GROUP) -> list[Installed]:
     return sorted(_entry_points(group), key=_built_in_first)
 
 
-def offers(plugin: object) -> list[tuple[Kind, Spec]]:
+def offers(plugin: object) -> list[tuple[PluginKind, Spec]]:
     """Returns all contents of a plugin; raises BadPlugin for invalid hooks."""
     if isinstance(plugin, type) and any(isinstance(vars(plugin).get(each), FunctionType) for each in _HOOKS):
         raise BadPlugin(f"{plugin.__name__} is a class; expected an object of it, {plugin.__name__}()")

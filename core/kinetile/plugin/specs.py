@@ -19,7 +19,7 @@ from kinetile.errors import BadPlugin, one_of, shown
 API_VERSION = 2
 """The version of the plugin API: of the specs, and of the protocol that phases follow."""
 
-Kind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene", "observable"]
+PluginKind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene", "observable"]
 """The kinds of things that can be chosen by name."""
 
 _NAME = re.compile(r"[^\s,=:]+")

@@ -25,7 +25,7 @@ ENCOUNTER = np.dtype(
 and duration (NaN, both: it is under way when the run ends); the smallest distance of the places of the two,
 and when that was."""
 
-Vector = NDArray[np.float64]
+Floats = NDArray[np.float64]
 
 
 @answering

@@ -19,7 +19,7 @@ from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules
 from kinetile.records.log import Seal
 from kinetile.scene import Scene
-from kinetile.scene.checks import WALL, is_finite, shown
+from kinetile.scene.checks import WALL_KIND, is_finite, shown
 from kinetile.scene.files import loads_scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.values import body_numbers
@@ -169,7 +169,7 @@ def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
     numbers = body_numbers(bodies)
     first = np.array([run[0] for run in runs] or [_LARGEST], dtype=np.int64)
     last = np.array([run[1] for run in runs] or [_LARGEST], dtype=np.int64)
-    kinds = np.array([*(run[2] for run in runs), None, WALL], dtype=object)
+    kinds = np.array([*(run[2] for run in runs), None, WALL_KIND], dtype=object)
     at = np.maximum(np.searchsorted(first, numbers, side="right") - 1, 0)
     at = np.where((numbers < first[at]) | (numbers > last[at]), len(kinds) - 2, at)
     return kinds[np.where(numbers < 0, len(kinds) - 1, at)]

@@ -19,16 +19,16 @@ from kinetile.kernel.compiled import python_of
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
-from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME, flag_of
-from kinetile.kernel.loop.loop import PASSES
+from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
+from kinetile.kernel.loop.loop import PASSING_BEGINS
 from kinetile.kernel.passings import passes, row_of
 from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL
-from kinetile.run.engine.contacts import ContactRow
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
+from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
-from kinetile.scene.checks import WALL as WALL_KIND
+from kinetile.scene.checks import WALL_KIND as WALL_KIND
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -59,11 +59,11 @@ _COMMANDS: dict[int, EventKind] = {
 
 _CODES = {kind: code for code, kind in _COMMANDS.items()}
 
-KINDS: dict[int, EventKind] = {
+EVENT_KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",
     WALL: "wall",
     PAIR: "disc",
-    PASSES: "pass",
+    PASSING_BEGINS: "pass",
     PARTING: "part",
     **_COMMANDS,
 }
@@ -363,7 +363,7 @@ def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Next | None:
 
 def _event_of(engine: Engine, head: _Next) -> Event | None:
     """Returns the next event, or None for one that users do not see."""
-    kind = KINDS.get(head.kind)
+    kind = EVENT_KINDS.get(head.kind)
     if kind is None:
         return None
     when = engine.clock.moment(engine.clock.total(head.tick))
@@ -403,7 +403,7 @@ def _is_watched(engine: Engine, a: int, b: int) -> bool:
     pair = {a, b if b >= 0 else NOBODY}
     if 0 <= b < a and not any(each & ENDS for each in flags):
         return False
-    return any(each & ANY for each in flags) or (
+    return any(each & ANY_BEGIN for each in flags) or (
         all(each & SOME for each in flags) and any({int(row.a), int(row.b)} == pair for row in k.watched)
     )
 

@@ -15,22 +15,22 @@ import numpy.typing as npt
 from kinetile.errors import Mistake, constructed
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED, WALLS
-from kinetile.kernel.loop.bookkeeping import ANY, ENDS, SOME, flag_of
+from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
 from kinetile.kernel.tables import NOBODY
 from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
-from kinetile.run.engine.commands import ROWS, Rows, row_of
+from kinetile.run.engine.commands import COMMAND_ROWS, Rows, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.engine.orders import command_rows
 from kinetile.run.prepared import widened
 from kinetile.run.questions.places import MOST_PERIODS, Box, Point
 from kinetile.scene import Insert, Scene
-from kinetile.scene.checks import ANY as EVERY
+from kinetile.scene.checks import ANY_KIND as EVERY
 from kinetile.scene.checks import (
     FARTHEST,
     LARGEST,
     SMALLEST,
-    WALL,
+    WALL_KIND,
     Extent,
     is_finite,
     is_number,
@@ -359,7 +359,7 @@ def read_insertion(engine: Engine, insertion: Insert, until: float = -math.inf) 
     (insertion,) = cast("list[Insert]", numbered([insertion]))
     wider = _scene_of(engine, insertion, until)
     _check_speed(engine, math.hypot(*insertion.velocity), min(engine.bounds.smallest, insertion.radius))
-    rows = np.array([row_of(insertion, scene, tick=engine.now, after=engine.met_now)], ROWS)
+    rows = np.array([row_of(insertion, scene, tick=engine.now, after=engine.met_now)], COMMAND_ROWS)
     own = insertion.shape
     new = isinstance(own, Shape) and rows["form"][0] == len(scene.shapes)
     return rows, widened(wider, (cast("Shape", own),)) if new else wider
@@ -552,8 +552,8 @@ class StopAt:
     before: bool = False
 
 
-SIDES = {side: int(python_of(flag_of)(0, wall)) for wall, side in WALLS.items()}
-EVERY_SIDE = sum(SIDES.values())
+FLAG_OF_SIDE = {side: int(python_of(flag_of)(0, wall)) for wall, side in WALLS.items()}
+EVERY_SIDE = sum(FLAG_OF_SIDE.values())
 
 
 def kinds_between(key: Any, known: tuple[Kind, ...], where: str) -> tuple[Kind, ...]:
@@ -562,14 +562,14 @@ def kinds_between(key: Any, known: tuple[Kind, ...], where: str) -> tuple[Kind, 
     two = key if isinstance(key, tuple) else (key,)
     named = tuple([find_kind(each, _names(known), where, known) for each in two])
     if not 0 < len(named) <= 2 or all(is_wall(each, known) for each in named):
-        expected = f"a kind, two, or a kind and {WALL!r} or a side of the arena"
+        expected = f"a kind, two, or a kind and {WALL_KIND!r} or a side of the arena"
         raise ValueError(f"{where}: expected {expected}; found {shown(key)}")
     return named
 
 
 @lru_cache(256)
 def _names(known: tuple[Kind, ...]) -> tuple[Kind, ...]:
-    return *known, *(each for each in (EVERY, WALL, *SIDES) if each not in known)
+    return *known, *(each for each in (EVERY, WALL_KIND, *FLAG_OF_SIDE) if each not in known)
 
 
 def is_wall(kind: Kind, known: tuple[Kind, ...]) -> bool:
@@ -584,11 +584,11 @@ def flags_between(named: tuple[Kind, ...], known: tuple[Kind, ...]) -> npt.NDArr
     walls = [each for each in named if is_wall(each, known)]
     bodies = [slice(many) if each == EVERY else known.index(each) for each in named if each not in walls]
     if walls or len(named) == 1:
-        flags[bodies[0], many] = SIDES.get(str(walls[0]), EVERY_SIDE) if walls else EVERY_SIDE
+        flags[bodies[0], many] = FLAG_OF_SIDE.get(str(walls[0]), EVERY_SIDE) if walls else EVERY_SIDE
     if not walls:
         one, other = bodies[0], bodies[1] if len(bodies) == 2 else slice(many)
-        flags[one, other] = ANY
-        flags[other, one] = ANY
+        flags[one, other] = ANY_BEGIN
+        flags[other, one] = ANY_BEGIN
     flags.flags.writeable = False
     return flags
 
@@ -604,10 +604,10 @@ def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedConta
     known, where, ends = scene.kinds, "stop_at", ENDS if stop.parts else 0
     between: list[tuple[Kind, ...]] = [(kind,) for kind in read_kinds(stop.kinds, known, where)]
     bodies = _several(stop.bodies, where, "bodies", "their numbers")
-    flags, pairs = {read_body(engine, body, or_coming=True): ANY | ends for body in bodies}, []
+    flags, pairs = {read_body(engine, body, or_coming=True): ANY_BEGIN | ends for body in bodies}, []
     for pair in _several(stop.pairs, where, "pairs", "two numbers each, or two kinds"):
         two = isinstance(pair, tuple | list) and len(pair) == 2
-        if two and any(isinstance(each, str) and each != WALL for each in pair):
+        if two and any(isinstance(each, str) and each != WALL_KIND for each in pair):
             between.append(kinds_between(tuple(pair), known, where))
         else:
             a, b = _pair(engine, pair)
@@ -620,7 +620,7 @@ def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedConta
     for named in between:
         kinds |= flags_between(named, known)
     if ends:
-        kinds[:, :-1] *= ANY | ENDS
+        kinds[:, :-1] *= ANY_BEGIN | ENDS
     return WatchedContacts(kinds, flags, pairs, bool(stop.before))
 
 
@@ -633,10 +633,11 @@ def _several(given: Any, where: str, name: str, of: str) -> list[Any]:
 
 def _pair(engine: Engine, pair: Any) -> tuple[int, int]:
     two = tuple(pair) if isinstance(pair, tuple | list) else ()
-    two = two[::-1] if two[:1] == (WALL,) else two
+    two = two[::-1] if two[:1] == (WALL_KIND,) else two
     if len(two) != 2:
         raise ValueError(
-            f"stop_at: a pair is two numbers of bodies, one and {WALL!r}, or two kinds; found {shown(pair)}"
+            f"stop_at: a pair is two numbers of bodies, one and {WALL_KIND!r}, or two kinds; "
+            f"found {shown(pair)}"
         )
     one = read_body(engine, two[0], or_coming=True)
-    return one, NOBODY if two[1] == WALL else read_body(engine, two[1], or_coming=True)
+    return one, NOBODY if two[1] == WALL_KIND else read_body(engine, two[1], or_coming=True)

@@ -21,15 +21,15 @@ from kinetile.run.moment import Moment
 from kinetile.run.questions import meetings, places
 from kinetile.run.questions.meetings import CastHit, NextContact
 from kinetile.run.questions.places import Query, RayHit
-from kinetile.scene.bodies import Numbers
-from kinetile.scene.checks import WALL, read_count
+from kinetile.scene.bodies import Coordinates
+from kinetile.scene.checks import WALL_KIND, read_count
 from kinetile.scene.differences import core_difference
 from kinetile.scene.responses import Kind
-from kinetile.scene.shapes import Ints, Shape
+from kinetile.scene.shapes import Integers, Shape
 from kinetile.scene.values import body_numbers
 
 OfKinds = Kind | Iterable[Kind] | None
-Placed = Numbers | tuple[float, float, Shape]
+Placed = Coordinates | tuple[float, float, Shape]
 
 
 class AskedMoment(Moment):
@@ -75,9 +75,9 @@ class AskedMoment(Moment):
     def cast(
         self,
         body: Placed,
-        velocity: Numbers,
+        velocity: Coordinates,
         *,
-        acceleration: Numbers | None = None,
+        acceleration: Coordinates | None = None,
         kinds: OfKinds = None,
         exclude: npt.ArrayLike = (),
     ) -> CastHit | None:
@@ -105,7 +105,7 @@ class AskedMoment(Moment):
         return hit if hit is None or hit.body < 0 else hit._replace(body=self._body_of(hit.body))
 
     @answering
-    def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Ints:
+    def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Integers:
         """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
         ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
 
@@ -119,12 +119,12 @@ class AskedMoment(Moment):
 
     def bodies_near(
         self,
-        point: Numbers,
+        point: Coordinates,
         *,
         radius: float | None = None,
         k: int | None = None,
         kinds: OfKinds = None,
-    ) -> Ints:
+    ) -> Integers:
         """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
         within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.
 
@@ -142,8 +142,8 @@ class AskedMoment(Moment):
 
     def ray(
         self,
-        origin: Numbers,
-        direction: Numbers,
+        origin: Coordinates,
+        direction: Coordinates,
         *,
         within: float | None = None,
         most: int | None = None,
@@ -184,7 +184,7 @@ class AskedMoment(Moment):
         return self._among_and_walls(kinds, exclude, ())[0]
 
     def _among_and_walls(
-        self, kinds: OfKinds, exclude: npt.ArrayLike = (), more: tuple[Kind, ...] = (WALL,)
+        self, kinds: OfKinds, exclude: npt.ArrayLike = (), more: tuple[Kind, ...] = (WALL_KIND,)
     ) -> tuple[Query, bool]:
         """Returns the bodies of some kinds, and whether the walls are among these, as ``more`` may be."""
         query = self._query()
@@ -198,12 +198,12 @@ class AskedMoment(Moment):
         few = query.slots if wanted else query.slots[:0]
         if len(query.k.rules):  # else there is one kind for all
             few = few[np.isin(query.k.traits.kind[few], wanted)]
-        return replace(query, slots=few), WALL in chosen
+        return replace(query, slots=few), WALL_KIND in chosen
 
     def _slot_of(self, body: int) -> int:
         return int(self._engine.k.slots[arguments.read_body(self._engine, body)])
 
-    def _bodies_of(self, slots: Ints) -> Ints:
+    def _bodies_of(self, slots: Integers) -> Integers:
         return np.asarray(self._engine.k.queue["number"][slots].astype(np.int64))
 
     def _body_of(self, slot: int) -> int:

@@ -52,7 +52,7 @@ Pairs = npt.NDArray[np.int32]
 OWN = "the phase's own audit: "
 """What a sentence of the phase's own audit begins with: an author reads it before any other."""
 
-ROWS = 1 << 9
+ROWS_AT_ONCE = 1 << 9
 """Bodies compared with all others at a time: bounds the memory of an audit."""
 
 BLOCK = 1 << 18
@@ -471,8 +471,8 @@ def _touching(
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)
     place, radius, sides = positions_now(k, slots), k.bodies.radius[slots], reaches_of(k)[slots]
-    for first in range(0, len(place), ROWS):
-        rows = slice(first, first + ROWS)
+    for first in range(0, len(place), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
         between = [place[rows, axis, None] - place[None, :, axis] for axis in range(2)]
         for each, period in zip(between, periods, strict=True):
             if period:

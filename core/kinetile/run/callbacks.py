@@ -11,11 +11,11 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from kinetile.kernel.loop.bookkeeping import ANY, ENDS
+from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS
 from kinetile.run.advance import Event
-from kinetile.run.arguments import SIDES, flags_between, is_wall, kinds_between
+from kinetile.run.arguments import FLAG_OF_SIDE, flags_between, is_wall, kinds_between
 from kinetile.run.engine.engine import WatchedContacts
-from kinetile.scene.checks import ANY as EVERY
+from kinetile.scene.checks import ANY_KIND as EVERY
 from kinetile.scene.checks import shown
 from kinetile.scene.responses import Kind
 
@@ -50,7 +50,7 @@ class Calls:
     def __call__(self, event: Event) -> bool:
         """Calls what there is for a contact; returns whether one of them says that the run is to stop."""
         there = [*map(self.kinds.index, event.kinds or (0,) * len(event.bodies)), len(self.kinds)]
-        flag = SIDES[event.wall] if event.wall else ENDS if event.kind == "part" else ANY
+        flag = FLAG_OF_SIDE[event.wall] if event.wall else ENDS if event.kind == "part" else ANY_BEGIN
         called = [call for call in self.each if call.those[there[0], there[1]] & flag]
         said = [call.function(call.ordered(event)) for call in called]
         return any(isinstance(each, bool | np.bool_) and bool(each) for each in said)

@@ -18,7 +18,7 @@ from kinetile.kernel import features
 from kinetile.kernel.chords import seeing
 from kinetile.kernel.compiled import NOTHING, Hook, compose, is_checked, python_of
 from kinetile.kernel.loop import idle
-from kinetile.kernel.loop.ahead import LARGE
+from kinetile.kernel.loop.ahead import LARGE_SCENE
 from kinetile.kernel.loop.checked import checked, dissipating, parting
 from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
@@ -39,7 +39,7 @@ from kinetile.plugin.protocols import (
     check_parts,
 )
 from kinetile.plugin.registry import defined_at, registry
-from kinetile.plugin.specs import Kind
+from kinetile.plugin.specs import PluginKind
 from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
 from kinetile.scene import Insert, Move, Remove, Response, Scene, are_alike
 from kinetile.scene.checks import shown
@@ -291,7 +291,7 @@ class Composition:
             SHAPES=self.gap is not None and (commands == Commands.ALL or self.passing),
             COMMANDS=commands > Commands.NONE,
             LIVING=commands > Commands.TURNS and self.living,
-            AHEAD=self.broad.soon is not None and scene.capacity >= LARGE,
+            AHEAD=self.broad.soon is not None and scene.capacity >= LARGE_SCENE,
         )
 
     def parts(self, commands: Commands = Commands.NONE) -> dict[str, Any]:
@@ -519,7 +519,9 @@ def _demand_solid(
         )
 
 
-def _prepare(kind: Kind, name: str, options: Options, scene: Scene, wanted: type[P], why: str = "") -> P:
+def _prepare(
+    kind: PluginKind, name: str, options: Options, scene: Scene, wanted: type[P], why: str = ""
+) -> P:
     """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
     phase = registry().target(kind, name)
     check_options(kind, name, phase, options)

@@ -11,7 +11,7 @@ from kinetile.kernel.plan import Plan
 
 Integers = npt.NDArray[np.int64]
 
-SIDES = {name: (f"a{name}", f"b{name}") for name in Plan._fields}
+COLUMNS_OF = {name: (f"a{name}", f"b{name}") for name in Plan._fields}
 """The columns of rows, of a and of b, by the names of their values."""
 
 
@@ -38,7 +38,8 @@ class Flights:
         """Returns values of flights, all or some, at their begin, by names of ``Plan``, (m,) each."""
         row, is_b = self.row[which], self.is_b[which]
         columns = [
-            np.where(is_b, self.rows[b][row], self.rows[a][row]) for a, b in map(SIDES.__getitem__, names)
+            np.where(is_b, self.rows[b][row], self.rows[a][row])
+            for a, b in map(COLUMNS_OF.__getitem__, names)
         ]
         return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
 

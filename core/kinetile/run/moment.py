@@ -15,11 +15,11 @@ from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
 from kinetile.kernel.plan import AcceleratedPlan, velocities_after
 from kinetile.kernel.tables import THEMSELVES
-from kinetile.run.engine.contacts import Ledger, RowFunction
 from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.ledger import Ledger, RowFunction
 from kinetile.scene import Scene, SetKind
 from kinetile.scene.bodies import in_box
-from kinetile.scene.checks import WALL
+from kinetile.scene.checks import WALL_KIND
 from kinetile.scene.scene import kinds_inserted
 from kinetile.scene.values import body_numbers
 
@@ -142,7 +142,7 @@ class Moment:
         no body has been given."""
         numbers = body_numbers(bodies)
         k, taken = self._engine.k, self._engine.taken
-        bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL], dtype=object)
+        bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL_KIND], dtype=object)
         at = np.searchsorted(bodies, numbers)
         there = np.append(bodies, -2)[at] == numbers
         which = np.full(numbers.shape, len(kinds) - 1)

@@ -26,8 +26,8 @@ from kinetile.plugin.choices import read_phase
 from kinetile.plugin.registry import registry
 from kinetile.run.advance import End, Ended
 from kinetile.run.compose import check_options
-from kinetile.run.engine.contacts import RowFunction
 from kinetile.run.engine.engine import UNLIMITED, Engine
+from kinetile.run.engine.ledger import RowFunction
 from kinetile.run.flights import Flights
 from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain

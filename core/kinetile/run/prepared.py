@@ -12,7 +12,7 @@ from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
 
-LEAST = 64
+LEAST_SLOTS = 64
 """The least number of slots in a scene with insertions."""
 
 
@@ -28,7 +28,7 @@ class Prepared(Scene):
     @classmethod
     def of(cls, scene: Scene, capacity: int | None = None) -> Prepared:
         """Returns a scene with room for ``capacity`` bodies; None: twice those present, at least LEAST."""
-        room = max(2 * len(scene), LEAST) if capacity is None else capacity
+        room = max(2 * len(scene), LEAST_SLOTS) if capacity is None else capacity
         copy = object.__new__(cls)
         of_the_start = {"_ruled": scene._ruled, "movable_shapes": scene.movable_shapes}
         copy.__dict__.update(vars(scene) | {"capacity": room} | of_the_start)

@@ -39,9 +39,9 @@ from kinetile.run.asked import AskedMoment
 from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
-from kinetile.run.engine.contacts import RowFunction
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.kept import Kept, unchanged_if
+from kinetile.run.engine.ledger import RowFunction
 from kinetile.run.engine.orders import carry_out, command_rows, insert_those_with_room
 from kinetile.run.engine.state import passings_of
 from kinetile.run.interrupts import Interruptible, Unbroken
@@ -53,12 +53,12 @@ from kinetile.run.readings import Readings, energy, readings_of
 from kinetile.run.saving.files import no_simulation, read_whole, unpack, write_whole
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, resumed
 from kinetile.scene import Insert, Scene, relabelled, with_commands
-from kinetile.scene.bodies import Numbers
+from kinetile.scene.bodies import Coordinates
 from kinetile.scene.checks import read_count
 from kinetile.scene.commands import name_like
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
-from kinetile.scene.shapes import Ints, Shape
+from kinetile.scene.shapes import Integers, Shape
 from kinetile.statistics import Observed
 
 
@@ -436,7 +436,7 @@ class Simulation(AskedMoment):
             return self._with_kinds(event)
 
     @property
-    def passings(self) -> Ints:
+    def passings(self) -> Integers:
         """The pairs of bodies that pass through each other now, (m, 2), each once, a < b, ascending."""
         found = passings_of(self._engine.k)
         begun = np.stack([found["a"], found["b"]], axis=-1).astype(np.int64)
@@ -463,7 +463,7 @@ class Simulation(AskedMoment):
 
     # Commands: run at once, between two runs, between two steps, or from the ``progress`` of a run
 
-    def set_velocity(self, body: int, velocity: Numbers) -> None:
+    def set_velocity(self, body: int, velocity: Coordinates) -> None:
         """Turns a body now: from here on it flies with this velocity. As ``set_velocities``."""
         self.set_velocities([body], cast("npt.ArrayLike", [velocity]))
 
@@ -481,7 +481,7 @@ class Simulation(AskedMoment):
         with _Alone(self, "turn a body"):
             carry_out(self._engine, TURNED, arguments.read_turns(self._engine, bodies, velocities))
 
-    def set_acceleration(self, body: int, acceleration: Numbers) -> None:
+    def set_acceleration(self, body: int, acceleration: Coordinates) -> None:
         """As ``set_accelerations``, for one body."""
         self.set_accelerations([body], cast("npt.ArrayLike", [acceleration]))
 
@@ -501,7 +501,7 @@ class Simulation(AskedMoment):
             carry_out(self._engine, OF_KIND, arguments.read_kind(self._engine, body, kind))
 
     @answering
-    def set_position(self, body: int, position: Numbers) -> None:
+    def set_position(self, body: int, position: Coordinates) -> None:
         """Moves a body now: it is there from here on, and flies on with its velocity, as if it had been
         removed and inserted at once, with the same number: what it passes through or rests on ends.
 
@@ -536,13 +536,13 @@ class Simulation(AskedMoment):
     @answering
     def insert(
         self,
-        position: Numbers,
-        velocity: Numbers = (0.0, 0.0),
+        position: Coordinates,
+        velocity: Coordinates = (0.0, 0.0),
         radius: float | None = None,
         mass: float = 1.0,
         kind: Kind | None = None,
         shape: Shape | int | None = None,
-        acceleration: Numbers | None = None,
+        acceleration: Coordinates | None = None,
         name: str | None = None,
         lifetime: float | None = None,
     ) -> int:
@@ -587,7 +587,7 @@ class Simulation(AskedMoment):
         mass: npt.ArrayLike = 1.0,
         kind: Kind | Sequence[Kind] | None = None,
         shape: Shape | int | Sequence[Shape | int] | None = None,
-        acceleration: Numbers | None = None,
+        acceleration: Coordinates | None = None,
         lifetime: Radii = None,
     ) -> Inserted:
         """Inserts bodies now, one after the other, as ``insert`` does: those that have room.

@@ -18,17 +18,17 @@ from kinetile.errors import Mistake
 from kinetile.scene.checks import (
     FARTHEST,
     HEAVIEST,
-    LIMIT,
+    MOST_MISTAKES,
     PERIODIC_BODY,
     PERIODIC_SHAPE,
     TOLERANCE,
     Extent,
     shown,
 )
-from kinetile.scene.shapes import SEGMENTS, Bools, Floats, Ints, Table, overlapping_shapes
+from kinetile.scene.shapes import SEGMENTS, Bools, Floats, Integers, Table, overlapping_shapes
 from kinetile.scene.values import VALUES
 
-Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
+Coordinates: TypeAlias = Sequence[float] | npt.NDArray[Any]
 """A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
 
 
@@ -153,7 +153,7 @@ def read_accelerations(given: Any, bodies: Bodies, unread: Bools | None, mistake
 
 _ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
 
-COLUMNS = ("position", "velocity", "radius", "mass")
+BODY_COLUMNS = ("position", "velocity", "radius", "mass")
 """The fields of a body that are numbers."""
 
 Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
@@ -164,7 +164,7 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
     """Checks bodies against each other and the arena; its extent is None without an arena, or a right one."""
     mistakes: list[Mistake] = []
     right: dict[str, Bools] = {}
-    for name in COLUMNS:
+    for name in BODY_COLUMNS:
         numbers = getattr(bodies, name)
         held = VALUES[name].holds(numbers)
         right[name] = np.asarray(held.all(axis=1) if held.ndim == 2 else held)
@@ -206,13 +206,13 @@ def _spell_out(
     """Turns a mask of wrong bodies into mistakes, LIMIT of them and a last one that counts the others."""
     bodies = np.flatnonzero(wrong)
     mistakes = []
-    for i in bodies[:LIMIT].tolist():
+    for i in bodies[:MOST_MISTAKES].tolist():
         value = None if callable(found) else found[i].tolist()
         what = found(i) if callable(found) else shown(value)
         right = expected(value) if callable(expected) else expected
         mistakes.append(Mistake(f"bodies[{i}].{field}", what, right))
-    if len(bodies) > LIMIT:
-        more = f"the same in {len(bodies) - LIMIT:,} more bodies"
+    if len(bodies) > MOST_MISTAKES:
+        more = f"the same in {len(bodies) - MOST_MISTAKES:,} more bodies"
         mistakes.append(Mistake(f"bodies[...].{field}", more, mistakes[-1].expected))
     return mistakes
 
@@ -283,9 +283,9 @@ def _check_apart(
             found = overlapping_shapes(position, table, placed, found, periods)
         count += len(found)
         if len(found):
-            order = np.lexsort((found[:, 1], found[:, 0]))[:LIMIT]
-            first = sorted([*first, *((int(a), int(b)) for a, b in placed[found[order]])])[:LIMIT]
-        if count > LIMIT and chunk >= _ENOUGH_CHUNKS:
+            order = np.lexsort((found[:, 1], found[:, 0]))[:MOST_MISTAKES]
+            first = sorted([*first, *((int(a), int(b)) for a, b in placed[found[order]])])[:MOST_MISTAKES]
+        if count > MOST_MISTAKES and chunk >= _ENOUGH_CHUNKS:
             counted_all = False
             break
     expected = "discs that touch at most" if table is None else "bodies that touch at most"
@@ -293,8 +293,8 @@ def _check_apart(
     for a, b in first:
         what = _overlap(bodies, periods, a, b) if table is None else "an overlap"
         mistakes.append(Mistake(f"bodies[{a}] and bodies[{b}]", what, expected))
-    if count > LIMIT:
-        more = f"{'' if counted_all else 'at least '}{count - LIMIT:,} more pairs that overlap"
+    if count > MOST_MISTAKES:
+        more = f"{'' if counted_all else 'at least '}{count - MOST_MISTAKES:,} more pairs that overlap"
         mistakes.append(Mistake("bodies", more, expected))
     return mistakes
 
@@ -319,10 +319,10 @@ _HALF_AROUND = [(1, 0), (-1, 1), (0, 1), (1, 1)]
 class _Cells(NamedTuple):
     """Discs in the order of their cells: numbers, places, radii, cells, and the cells' hashes."""
 
-    disc: Ints
+    disc: Integers
     position: Floats
     radius: Floats
-    cell: Ints
+    cell: Integers
     key: npt.NDArray[np.uint64]
 
 
@@ -360,7 +360,7 @@ def in_box(places: Floats, periods: tuple[float, float]) -> Floats:
 
 def overlapping_images(
     position: Floats, radius: Floats, periods: tuple[float, float], tolerance: float = 0.0
-) -> Iterator[Ints]:
+) -> Iterator[Integers]:
     """Yields what ``overlapping_pairs`` does, once, for images too: bodies near a border are repeated."""
     if not any(periods) or not len(radius):
         yield from overlapping_pairs(position, radius, tolerance)
@@ -382,7 +382,7 @@ def overlapping_images(
         yield np.array(sorted(fresh), dtype=np.int64).reshape(-1, 2)
 
 
-def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) -> Iterator[Ints]:
+def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) -> Iterator[Integers]:
     """Yields the pairs of discs whose distance is less than (1 - tolerance) times the sum of their radii.
     ``position`` is (n, 2) and ``radius`` (n,), all finite, radii > 0. Each yield is a (k, 2) array with a <
     b, possibly empty, for at most about CHUNK + n compared pairs; each pair once, in no order."""
@@ -401,7 +401,7 @@ def overlapping_pairs(position: Floats, radius: Floats, tolerance: float = 0.0) 
             yield from _look_up(smaller, own, step, tolerance)
 
 
-def _sorted_into_cells(position: Floats, radius: Floats, disc: Ints, width: float) -> _Cells:
+def _sorted_into_cells(position: Floats, radius: Floats, disc: Integers, width: float) -> _Cells:
     with np.errstate(over="ignore"):
         place = np.floor(position[disc] / width)
     cell = np.clip(place, -_FARTHEST_CELL, _FARTHEST_CELL).astype(np.int64)
@@ -411,7 +411,7 @@ def _sorted_into_cells(position: Floats, radius: Floats, disc: Ints, width: floa
     return _Cells(disc, position[disc], radius[disc], cell[order], key[order])
 
 
-def _look_up(discs: _Cells, others: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Ints]:
+def _look_up(discs: _Cells, others: _Cells, step: tuple[int, int], tolerance: float) -> Iterator[Integers]:
     there = discs.key + (np.array(step).view(np.uint64) * _STRIDES).sum(dtype=np.uint64)
     begin = np.searchsorted(others.key, there, side="left")
     end = np.searchsorted(others.key, there, side="right")
@@ -419,8 +419,8 @@ def _look_up(discs: _Cells, others: _Cells, step: tuple[int, int], tolerance: fl
 
 
 def _compare(
-    discs: _Cells, others: _Cells, begin: Ints, end: Ints, step: tuple[int, int], tolerance: float
-) -> Iterator[Ints]:
+    discs: _Cells, others: _Cells, begin: Integers, end: Integers, step: tuple[int, int], tolerance: float
+) -> Iterator[Integers]:
     """Compares the i-th disc of ``discs`` with begin[i] to end[i] of ``others``, a chunk at a time."""
     rows = np.flatnonzero(end > begin)
     count = (end - begin)[rows]

@@ -15,7 +15,7 @@ from kinetile.plugin.calling import calling
 from kinetile.plugin.choices import read_value
 from kinetile.plugin.parameters import REQUIRED, Parameter, parameters_of
 from kinetile.plugin.registry import registry
-from kinetile.plugin.specs import Kind
+from kinetile.plugin.specs import PluginKind
 from kinetile.scene.checks import is_number, shown
 from kinetile.scene.scene import Scene, relabelled
 
@@ -38,7 +38,7 @@ def holds_several(parameter: Parameter) -> bool:
     return any(word in words for word in ("tuple", "list", "sequence", "iterable", "collection", "ndarray"))
 
 
-SHARED = (
+SHARED_PARAMETERS = (
     Parameter("periodic", "str", "", "axes along which the arena repeats, without walls: x, y or xy"),
     Parameter(
         "gravity", "tuple[float, ...]", (), "acceleration of all bodies, gx,gy: length per time squared"
@@ -59,7 +59,7 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
         if mistakes:
             raise BadOption("\n".join(f"scene {name!r}: {_as_sentence(mistake)}" for mistake in mistakes))
         complete = complete_parameters(name, parameters)
-        shared = {each.name for each in SHARED} - {each.name for each in recipe_parameters(name)}
+        shared = {each.name for each in SHARED_PARAMETERS} - {each.name for each in recipe_parameters(name)}
         scene = recipe(**{key: complete[key] for key in complete if key in parameters and key not in shared})
         if not isinstance(scene, Scene):
             raise PhaseError(
@@ -76,7 +76,7 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
         for each in accepted_parameters(name)
-        if not any(each is shared for shared in SHARED) or each.name in given
+        if not any(each is shared for shared in SHARED_PARAMETERS) or each.name in given
     }
 
 
@@ -87,10 +87,10 @@ def recipe_parameters(name: str) -> tuple[Parameter, ...]:
 
 
 def accepted_parameters(name: str) -> tuple[Parameter, ...]:
-    """Returns what may be given to a recipe: its parameters, and those of ``SHARED`` that it lacks."""
+    """Returns what may be given to a recipe: its parameters, and the ``SHARED_PARAMETERS`` that it lacks."""
     own = recipe_parameters(name)
     names = {each.name for each in own}
-    return (*own, *(each for each in SHARED if each.name not in names))
+    return (*own, *(each for each in SHARED_PARAMETERS if each.name not in names))
 
 
 def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
@@ -173,7 +173,7 @@ def _read(parameter: Parameter, text: str) -> Any:
     return int(value) if is_whole else value
 
 
-def known_options(name: str, *kinds: Kind) -> list[str]:
+def known_options(name: str, *kinds: PluginKind) -> list[str]:
     """Returns the options of the plugin of this name and one of these kinds; none without one."""
     for kind in kinds:
         with suppress(KinetileError):

@@ -16,12 +16,12 @@ from kinetile.errors import KinetileError, Mistake, UnknownName, key_of, one_of
 from kinetile.errors import shown as shown
 
 if TYPE_CHECKING:
-    from kinetile.plugin.specs import Kind
+    from kinetile.plugin.specs import PluginKind
 
 TOLERANCE = 1e-12
 """By how much a disc may reach into a wall (in radii) or into another disc (in the sum of the two radii)."""
 
-LIMIT = 20
+MOST_MISTAKES = 20
 """Mistakes of one kind that are spelled out; of the others only the number is given."""
 
 MOST_REPORTED = 100
@@ -46,7 +46,7 @@ PERIODIC_SHAPE = (
     "pieces, an obstacle with kinetile.polyline(...)"
 )
 
-WALL, ANY = "wall", "*"
+WALL_KIND, ANY_KIND = "wall", "*"
 """Names that no kind of body has: they mean the walls of an arena, and for any kind."""
 
 FARTHEST_START: float = np.float64(2.0**52)
@@ -71,12 +71,14 @@ def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
     for mistake in mistakes:
         kind = _NUMBER.sub("[...]", mistake.where)
         seen[kind] += kind != mistake.where
-        if seen[kind] <= LIMIT:
+        if seen[kind] <= MOST_MISTAKES:
             kept.append(mistake)
         last[kind] = mistake
     for kind, count in seen.items():
-        if count > LIMIT:
-            kept.append(Mistake(kind, f"{count - LIMIT:,} more mistakes like these", last[kind].expected))
+        if count > MOST_MISTAKES:
+            kept.append(
+                Mistake(kind, f"{count - MOST_MISTAKES:,} more mistakes like these", last[kind].expected)
+            )
     if len(kept) > MOST_REPORTED:
         more = Mistake("the scene", f"{len(kept) - MOST_REPORTED:,} more mistakes of other kinds", "none")
         kept = [*kept[:MOST_REPORTED], more]
@@ -88,7 +90,7 @@ def is_kind(value: object) -> bool:
     if isinstance(value, bool):
         return False
     if isinstance(value, str):
-        return bool(value) and value not in (WALL, ANY) and _is_text(value)
+        return bool(value) and value not in (WALL_KIND, ANY_KIND) and _is_text(value)
     return isinstance(value, int | np.integer) and 0 <= int(value) < 2**31
 
 
@@ -157,7 +159,7 @@ def name_alone(text: str, table: str) -> str:
     return f"the name alone, {name!r}: what is behind the colon belongs in the table {table}"
 
 
-def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
+def check_name(where: str, name: str, *kinds: PluginKind) -> list[Mistake]:
     """Returns the mistake of naming what none of these kinds has. Imports the registry only then."""
     from kinetile.plugin.registry import registry
 
@@ -179,7 +181,7 @@ def check_name(where: str, name: str, *kinds: Kind) -> list[Mistake]:
     return [Mistake(where, found, one_of(name, names) + not_loaded)]
 
 
-def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: Kind) -> list[Mistake]:
+def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: PluginKind) -> list[Mistake]:
     """Returns the options that what has this name, of one of these kinds, does not have, those that it needs,
     and why it cannot use the values of the others. ``where`` is the place of the options."""
     from kinetile.plugin.calling import calling

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias, cast
 
 from kinetile.errors import Mistake, constructed, nearest
-from kinetile.scene.bodies import Numbers
+from kinetile.scene.bodies import Coordinates
 from kinetile.scene.checks import (
     FARTHEST,
     PERIODIC_BODY,
@@ -37,7 +37,7 @@ class Turn(NamedTuple):
 
     body: Called
     time: float
-    velocity: Numbers
+    velocity: Coordinates
     at: tuple[int, int, int] | None = None
 
 
@@ -50,15 +50,15 @@ class Insert(NamedTuple):
     removed: a scene has a ``Remove`` for that, unless it has another one before."""
 
     time: float
-    position: Numbers
-    velocity: Numbers
+    position: Coordinates
+    velocity: Coordinates
     radius: float = 0.0
     mass: float = 1.0
     body: int = -1
     at: tuple[int, int, int] | None = None
     kind: str | int | None = None
     shape: Shape | int | None = None
-    acceleration: Numbers | None = None
+    acceleration: Coordinates | None = None
     name: str | None = None
     lifetime: float | None = None
 
@@ -83,7 +83,7 @@ class Accelerate(NamedTuple):
 
     body: Called
     time: float
-    acceleration: Numbers
+    acceleration: Coordinates
     at: tuple[int, int, int] | None = None
 
 
@@ -104,7 +104,7 @@ class Move(NamedTuple):
 
     body: Called
     time: float
-    position: Numbers
+    position: Coordinates
     at: tuple[int, int, int] | None = None
 
 
@@ -277,7 +277,7 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
     return mistakes
 
 
-def check_move(position: Numbers, where: str, extent: Extent) -> list[Mistake]:
+def check_move(position: Coordinates, where: str, extent: Extent) -> list[Mistake]:
     """Checks where a body of whatever size is moved; that it has room is known when it moves."""
     for place, side, period in zip(position, extent.sides, extent.periods, strict=True):
         far = FARTHEST * period if period else math.inf

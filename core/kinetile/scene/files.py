@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetile.errors import BadOption, Mistake, SceneError, answering, printable
 from kinetile.kernel.clock import Clock
-from kinetile.plugin.specs import Kind as PluginKind
+from kinetile.plugin.specs import PluginKind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, read_count, shown
 from kinetile.scene.commands import Accelerate, Command, Insert, Move, Remove, SetKind, Turn
@@ -28,7 +28,7 @@ from kinetile.scene.scene import Scene, arguments_of, declared_kinds, relabelled
 from kinetile.scene.schema import (
     MOST_BYTES,
     UNKNOWN,
-    Place,
+    KeyPath,
     expected,
     find_faults,
     read_tables,
@@ -36,7 +36,7 @@ from kinetile.scene.schema import (
     written,
 )
 from kinetile.scene.settings import Settings, check_end
-from kinetile.scene.shapes import Bools, Ints, Obstacle, Shape, polyline, read_shape, shape_row
+from kinetile.scene.shapes import Bools, Integers, Obstacle, Shape, polyline, read_shape, shape_row
 from kinetile.scene.values import VALUES
 from kinetile.targets import write_file
 
@@ -344,11 +344,11 @@ class _File:
         kept = [each for each in made if each is not None]
         return kept if len(kept) == len(self._usable("shapes", ())) else None
 
-    def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Ints, Bools]:
+    def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Integers, Bools]:
         """Returns the number of each body's shape, and of which bodies it is unreadable."""
         index, unread = np.zeros(len(rows), dtype=np.int64), np.ones(len(rows), dtype=np.bool_)
         for i, row in self._whole(rows):
-            place: Place = ("bodies", i, "shape")
+            place: KeyPath = ("bodies", i, "shape")
             if place in self.faults:
                 continue
             if "radius" in row:

@@ -12,7 +12,7 @@ from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, time_unit
 from kinetile.kernel.plan import LEAST_SPAN, SHARE, shortest
 from kinetile.scene.bodies import (
-    COLUMNS,
+    BODY_COLUMNS,
     FIXED,
     Bodies,
     check_bodies,
@@ -179,7 +179,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
-    arrays = {name: getattr(bodies, name) for name in COLUMNS}
+    arrays = {name: getattr(bodies, name) for name in BODY_COLUMNS}
     arrays |= {"shape": table.index, "acceleration": pulls}
     for array in (*arrays.values(), rules.kind):
         array.flags.writeable = False
@@ -239,7 +239,7 @@ def _read_bodies(
     if (given.radius is not None) == shaped:
         both = ("radii beside shapes", "one of the two: a shape has its own radius")
         mistakes.append(Mistake("radius", *(both if shaped else ("nothing", "radii, or shapes"))))
-    columns = {name: getattr(given, name) for name in COLUMNS}
+    columns = {name: getattr(given, name) for name in BODY_COLUMNS}
     if shaped or given.radius is None:
         columns["radius"] = 1.0
     bodies = read_arrays(columns, unread, mistakes)

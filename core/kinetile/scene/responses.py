@@ -23,7 +23,16 @@ import numpy.typing as npt
 
 from kinetile.errors import KinetileError, Mistake, Refused, nearest, one_of
 from kinetile.plugin.choices import called
-from kinetile.scene.checks import ANY, WALL, as_kind, check_name, is_kind, option_mistakes, plain, shown
+from kinetile.scene.checks import (
+    ANY_KIND,
+    WALL_KIND,
+    as_kind,
+    check_name,
+    is_kind,
+    option_mistakes,
+    plain,
+    shown,
+)
 from kinetile.scene.values import VALUES
 
 Kind: TypeAlias = str | int
@@ -53,7 +62,7 @@ class Response:
     @property
     def for_all(self) -> dict[Pair, Response]:
         """The rules that one response for a scene stands for: all bodies, and walls unless it is ``pass``."""
-        return dict.fromkeys([(ANY, ANY), (ANY, WALL)][: 1 if self.passes else 2], self)
+        return dict.fromkeys([(ANY_KIND, ANY_KIND), (ANY_KIND, WALL_KIND)][: 1 if self.passes else 2], self)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Response) and (self.name, self.options) == (other.name, other.options)
@@ -165,7 +174,7 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
     meant = nearest(name, map(str, known)) if isinstance(name, str) else None
     hint = f"; did you mean {meant!r}?" if meant else ""
     there = f"; there are: {', '.join(map(repr, known))}"
-    if not {*known} - {0, WALL}:
+    if not {*known} - {0, WALL_KIND}:
         there = ", which has none: kind=[...], or kind in [[bodies]], gives kinds to bodies"
     return f"{shown(name)} is no kind of this scene{there}{hint}"
 
@@ -271,15 +280,15 @@ def _read_responses(
     written = given if of_a_file else (Rule(f"responses[{shown(each)}]", each, given[each]) for each in given)
     for where, between, what in written:
         pair = between if isinstance(between, tuple | list) and len(between) == 2 else ()
-        named = sum(each == WALL for each in pair)
-        if not pair or named > 1 or not all(is_kind(each) or each in (WALL, ANY) for each in pair):
-            wanted = f"two kinds, or one and {WALL!r}; {ANY!r} for any"
+        named = sum(each == WALL_KIND for each in pair)
+        if not pair or named > 1 or not all(is_kind(each) or each in (WALL_KIND, ANY_KIND) for each in pair):
+            wanted = f"two kinds, or one and {WALL_KIND!r}; {ANY_KIND!r} for any"
             mistakes.append(Mistake(where, shown(between), wanted))
             continue
         response = Response(what) if isinstance(what, str) else what
         if not isinstance(response, Response):
             mistakes.append(Mistake(where, shown(what), _WANTED))
-        elif response.passes and WALL in pair:
+        elif response.passes and WALL_KIND in pair:
             mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
         else:
             mistakes += _unusable(where, response)
@@ -294,7 +303,7 @@ def _read_responses(
 def _order(kind: Kind) -> tuple[bool, bool, bool, int, str]:
     """Returns the sort key of a kind in a pair: whole numbers, names, "*", "wall"."""
     text = isinstance(kind, str)
-    return kind == WALL, kind == ANY, text, 0 if text else int(kind), str(kind) if text else ""
+    return kind == WALL_KIND, kind == ANY_KIND, text, 0 if text else int(kind), str(kind) if text else ""
 
 
 def _ordered(a: Kind, b: Kind) -> Pair:
@@ -331,14 +340,14 @@ def table(
     """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict."""
     message = dict(rules)
     elastic = Response(ELASTIC)
-    usual, walls = message.get((ANY, ANY), elastic), message.get((ANY, WALL), elastic)
-    own = [message.get(_ordered(each, ANY)) for each in kinds]
+    usual, walls = message.get((ANY_KIND, ANY_KIND), elastic), message.get((ANY_KIND, WALL_KIND), elastic)
+    own = [message.get(_ordered(each, ANY_KIND)) for each in kinds]
     rows = [[a or b or usual for b in own] + [walls] for a in own]  # with 256 kinds these are 65,000
-    place = {kind: at for at, kind in enumerate(kinds)} | {WALL: len(kinds)}
+    place = {kind: at for at, kind in enumerate(kinds)} | {WALL_KIND: len(kinds)}
     for (a, b), response in message.items():
         if a in place and b in place:
             rows[place[a]][place[b]] = response
-            if b != WALL:
+            if b != WALL_KIND:
                 rows[place[b]][place[a]] = response
     if mistakes is not None:
         some = [(kind, response) for kind, response in zip(kinds, own, strict=True) if response]

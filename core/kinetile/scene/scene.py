@@ -17,7 +17,7 @@ from kinetile.errors import BadOption, Mistake, SceneError, answering, construct
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
 from kinetile.plugin.choices import called
-from kinetile.scene.bodies import Numbers
+from kinetile.scene.bodies import Coordinates
 from kinetile.scene.checks import Extent, shown
 from kinetile.scene.commands import Command, Insert, SetKind, Turn
 from kinetile.scene.frame import check_frame
@@ -104,8 +104,8 @@ class Scene:
         velocity: npt.ArrayLike,
         radius: Radii = None,
         mass: npt.ArrayLike = 1.0,
-        arena: Numbers | None = None,
-        turns: Sequence[Turn | tuple[int, float, Numbers]] = (),
+        arena: Coordinates | None = None,
+        turns: Sequence[Turn | tuple[int, float, Coordinates]] = (),
         start: float = 0.0,
         settings: Settings | None = None,
         origin: Mapping[str, Any] | None = None,
@@ -117,7 +117,7 @@ class Scene:
         periodic: str = "",
         shape: ShapeOfEach = None,
         shapes: Sequence[Shape] = (),
-        gravity: Numbers | None = None,
+        gravity: Coordinates | None = None,
         acceleration: Accelerations = None,
         names: Sequence[str | None] | None = None,
     ) -> None:

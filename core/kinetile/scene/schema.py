@@ -18,14 +18,14 @@ from operator import getitem
 from typing import Any, TypeAlias, cast
 
 from kinetile.errors import Mistake, SceneError, key_of, nearest, one_of
-from kinetile.scene.checks import LIMIT, abridged, shown
+from kinetile.scene.checks import MOST_MISTAKES, abridged, shown
 from kinetile.scene.commands import Insert
 from kinetile.scene.values import VALUES, Value, is_list, is_pair
 from kinetile.sources import open_regular
 
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
-Place: TypeAlias = tuple[str | int, ...]
+KeyPath: TypeAlias = tuple[str | int, ...]
 """The place of a value in a file: ("bodies", 3, "radius")."""
 
 _MOST = 100
@@ -99,7 +99,7 @@ _FILE = Table(
 )
 
 
-def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[Place]]:
+def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[KeyPath]]:
     """Returns the mistakes of a file's tables, and the places of missing values and those of a wrong type."""
     faults = _Faults(tables)
     faults.of_table((), _FILE, tables)
@@ -113,13 +113,13 @@ class _Faults:
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.tables = tables
-        self.unknown: dict[Place, Mistake] = {}
-        self.mistakes: dict[Place, Mistake] = {}
-        self.meant: set[Place] = set()
-        self.lacking: set[Place] = set()
-        self._odd: Counter[Place] = Counter()
+        self.unknown: dict[KeyPath, Mistake] = {}
+        self.mistakes: dict[KeyPath, Mistake] = {}
+        self.meant: set[KeyPath] = set()
+        self.lacking: set[KeyPath] = set()
+        self._odd: Counter[KeyPath] = Counter()
 
-    def of_table(self, place: Place, table: Table, given: Any) -> None:
+    def of_table(self, place: KeyPath, table: Table, given: Any) -> None:
         if not isinstance(given, dict):
             self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
             return
@@ -131,13 +131,13 @@ class _Faults:
             elif key in table.needed and not (key == "radius" and _has_shape(self.tables, place)):
                 self.missing(where)
 
-    def missing(self, place: Place, also: str = "") -> None:
+    def missing(self, place: KeyPath, also: str = "") -> None:
         """Reports that there is no value, unless it is there, and misspelt."""
         self.lacking.add(place)
         if place not in self.meant:
             self.mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
 
-    def _of_value(self, place: Place, field: Value | Table, given: Any) -> None:
+    def _of_value(self, place: KeyPath, field: Value | Table, given: Any) -> None:
         if isinstance(field, Table) and field.is_list and isinstance(given, list):
             for k, row in enumerate(given):
                 self.of_table((*place, k), field, row)
@@ -151,15 +151,15 @@ class _Faults:
             for name, options in given.items():
                 self._of_value((*place, name), Value("a table", dict), options)
 
-    def _of_key(self, place: Place) -> str:
+    def _of_key(self, place: KeyPath) -> str:
         """Reports a key that is not known; returns the key that was probably meant."""
         key, known, belongs = str(place[-1]), _keys(place), _belongs(place)
         table = tuple(step for step in place[:-1] if isinstance(step, str))
         self._odd[table] += 1
-        if self._odd[table] <= LIMIT:
+        if self._odd[table] <= MOST_MISTAKES:
             self.unknown[place] = Mistake(written(place), UNKNOWN, belongs or key_of(key, known))
             return "" if belongs else nearest(key, known) or ""
-        more = f"{self._odd[table] - LIMIT:,} more keys that are not known here"
+        more = f"{self._odd[table] - MOST_MISTAKES:,} more keys that are not known here"
         self.unknown[table] = Mistake(written(table) or "the file", more, one_of("", known))
         return ""
 
@@ -167,7 +167,7 @@ class _Faults:
 UNKNOWN = "a key that is not known here"
 
 
-def _belongs(place: Place) -> str:
+def _belongs(place: KeyPath) -> str:
     """Returns what is expected of a key of another table, around ``place`` or in it; "" if none has it."""
     key = str(place[-1])
     for at in reversed(range(len(place) - 1)):
@@ -185,13 +185,13 @@ def _belongs(place: Place) -> str:
     return f"it in {' or '.join(within)}" if within and not nearest(key, _keys(place)) else ""
 
 
-def _has_shape(tables: Mapping[str, Any], place: Place) -> bool:
+def _has_shape(tables: Mapping[str, Any], place: KeyPath) -> bool:
     """Whether a body, or one that is inserted, has a shape, or lacks one as other bodies have."""
     rows = [row for row in tables.get("bodies", ()) if isinstance(row, dict)] if place[0] == "bodies" else []
     return any("shape" in row for row in (reduce(getitem, place, cast(Any, tables)), *rows))
 
 
-def written(place: Place) -> str:
+def written(place: KeyPath) -> str:
     """Returns a place as messages write it: ``bodies[3].radius``; keys that are no plain ones are quoted."""
     text = ""
     for step in place:
@@ -203,11 +203,11 @@ def written(place: Place) -> str:
     return text
 
 
-def _keys(place: Place) -> dict[str, str]:
+def _keys(place: KeyPath) -> dict[str, str]:
     return {name: field.what for name, field in _table(place).keys.items()}
 
 
-def _table(place: Place) -> Table:
+def _table(place: KeyPath) -> Table:
     table = _FILE
     for step in place[:-1]:
         if isinstance(step, str):
@@ -215,7 +215,7 @@ def _table(place: Place) -> Table:
     return table
 
 
-def expected(place: Place) -> str:
+def expected(place: KeyPath) -> str:
     """Returns what is expected of the value at a place."""
     return "a table" if isinstance(place[-1], int) or len(place) == 2 else _keys(place)[place[-1]]
 
@@ -283,7 +283,7 @@ def _too_deep(where: str) -> Mistake:
 def _beyond_bounds(tables: dict[str, Any]) -> list[Mistake]:
     """Returns the places of tables and lists that lie too deep, and of whole numbers that are too large."""
     mistakes = []
-    open_places: list[tuple[Place, Any]] = [((), tables)]
+    open_places: list[tuple[KeyPath, Any]] = [((), tables)]
     while open_places:
         place, value = open_places.pop()
         if len(place) > DEEPEST:

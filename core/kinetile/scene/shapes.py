@@ -23,7 +23,7 @@ from kinetile.scene.differences import Exact, Place, core_difference, cross, exa
 from kinetile.scene.values import SIZE, VALUES
 
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+Integers = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 MOST_CORNERS = 8
@@ -427,9 +427,9 @@ def overlapping_shapes(
     position: Floats,
     table: Table,
     bodies: npt.NDArray[np.intp],
-    pairs: Ints,
+    pairs: Integers,
     periods: tuple[float, float] = (0.0, 0.0),
-) -> Ints:
+) -> Integers:
     """Returns those of (k, 2) pairs whose shapes overlap, or nearest images, as circles around them do:
     exactly, where they are not apart along an axis by more than rounding explains, or touch there."""
     reaches, shape = table.reaches[bodies], table.index[bodies]

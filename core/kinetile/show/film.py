@@ -20,7 +20,7 @@ from kinetile.errors import BadOption, answering
 from kinetile.lazy import needed
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene.checks import is_finite, shown
-from kinetile.show.picture import LIGHT, LOOKS, NEXT, Picture, Place, counted, take_picture
+from kinetile.show.picture import LIGHT, LOOKS, NEXT_LOOK, Picture, Position, counted, take_picture
 from kinetile.show.player.view import to_show, window
 from kinetile.show.printed import as_pixels, check_printing
 from kinetile.targets import MARK, writing_new
@@ -127,7 +127,7 @@ class Film:
             pairs = not left_out if pairs is None else pairs  # for all frames: else lines would flicker
             yield time, replace(picture, left_out=left_out)
 
-    def _view(self) -> tuple[Place, Place]:
+    def _view(self) -> tuple[Position, Position]:
         """Returns the corners of what the film shows; without an arena, by a run for the positions alone."""
         if self.simulation.scene.arena is not None:
             return (0.0, 0.0), self.simulation.scene.arena
@@ -200,7 +200,10 @@ def _palette() -> Iterator[int]:
     """Yields the 242 colours of all frames: those of a look in 16 steps, over the paper and over a disc."""
     from PIL.ImageColor import getrgb
 
-    colours = {look.colour: None for look in (*LOOKS.values(), NEXT)} | {LIGHT.ink: None, LIGHT.edge: None}
+    colours = {look.colour: None for look in (*LOOKS.values(), NEXT_LOOK)} | {
+        LIGHT.ink: None,
+        LIGHT.edge: None,
+    }
     for back in (LIGHT.back, LIGHT.disc):
         yield from getrgb(back)
         for colour in colours:

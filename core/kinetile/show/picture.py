@@ -25,13 +25,13 @@ from kinetile.scene.bodies import in_box, whole_periods
 from kinetile.scene.scene import in_words
 from kinetile.scene.shapes import Shape
 
-MOST_PAIRS = 400
+PAIRS_DRAWN = 400
 """The most lines between two bodies that are drawn without ``pairs``: more cover the picture."""
 
 WITHOUT_PAIRS = ", without pairs (--pairs)"
 """The end of the caption of a picture from which they are left out."""
 
-Place = tuple[float, float]
+Position = tuple[float, float]
 Array = npt.NDArray[Any]
 
 
@@ -45,13 +45,13 @@ class PlacedDisc:
     """A body: its position, velocity, radius and number; its shape, if it is no disc."""
 
     number: int
-    at: Place
-    velocity: Place
+    at: Position
+    velocity: Position
     radius: float
     shape: Shape | None = None
 
     @property
-    def outline(self) -> list[Place]:
+    def outline(self) -> list[Position]:
         """The corners of its shape as it is drawn; none of a disc."""
         return [] if self.shape is None else outline_of(self.shape, self.at)
 
@@ -81,8 +81,8 @@ class Picture:
     """
 
     caption: str
-    low: Place
-    high: Place
+    low: Position
+    high: Position
     arrow_time: float
     arena: bool
     discs: tuple[PlacedDisc, ...]
@@ -100,7 +100,7 @@ class Picture:
     def looks(self) -> list[tuple[str, Look]]:
         """What a legend names, each with its look: the roles, and the certificate that fails next."""
         looks = [(role, LOOKS[role]) for role in self.roles]
-        return [*looks, ("fails next", NEXT)] if self.next is not None else looks
+        return [*looks, ("fails next", NEXT_LOOK)] if self.next is not None else looks
 
     def is_next(self, shape: Item) -> bool:
         """Whether a shape has the certificate that fails first."""
@@ -115,8 +115,8 @@ class Picture:
 
 
 def wants_pairs(pairs: bool | None, items: Iterable[Item]) -> bool:
-    """Returns whether lines between two bodies are drawn; None: of up to ``MOST_PAIRS``."""
-    return sum(isinstance(item, Link) for item in items) <= MOST_PAIRS if pairs is None else pairs
+    """Returns whether lines between two bodies are drawn; None: of up to ``PAIRS_DRAWN``."""
+    return sum(isinstance(item, Link) for item in items) <= PAIRS_DRAWN if pairs is None else pairs
 
 
 def arrow_time(discs: Sequence[PlacedDisc], start: Array) -> float:
@@ -191,7 +191,7 @@ def _discs(
     )
 
 
-def outline_of(shape: Shape, at: Place) -> list[Place]:
+def outline_of(shape: Shape, at: Position) -> list[Position]:
     """Returns the corners of a shape at a place, anticlockwise, arcs in steps of at most 5 degrees."""
     points = []
     for k, (x, y) in enumerate(shape.core):
@@ -223,17 +223,17 @@ def counted(scene: Scene, count: int) -> str:
     return f"{printable(str(name))}: {in_words(scene, count)}"
 
 
-def corners_of(shape: Item) -> list[Place]:
+def corners_of(shape: Item) -> list[Position]:
     """Returns the corners of a shape with plain numbers, in their order; none of a link's."""
     points: tuple[Point, ...] = () if isinstance(shape, Link | Entry) else points_of(shape)
     if isinstance(shape, Box):
         (left, bottom), (right, top) = shape.low, shape.high
         points = ((left, bottom), (right, bottom), (right, top), (left, top))
-    return cast("list[Place]", [*points])
+    return cast("list[Position]", [*points])
 
 
 def _placed(
-    item: Item, places: dict[int, Place], turns: dict[int, list[float]], scene: Scene
+    item: Item, places: dict[int, Position], turns: dict[int, list[float]], scene: Scene
 ) -> Iterator[Item]:
     """Yields a shape, with all its images that are seen; a link as a segment to the nearest image."""
     columns, moves = [], []
@@ -258,7 +258,9 @@ def _placed(
         yield with_points(item, [(x + right, y + up) for x, y in zip(*columns, strict=True)], item.fails)
 
 
-def _extent(scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]) -> tuple[Place, Place]:
+def _extent(
+    scene: Scene, discs: tuple[PlacedDisc, ...], shapes: tuple[Item, ...]
+) -> tuple[Position, Position]:
     if scene.arena is not None:
         return (0.0, 0.0), scene.arena
     points = [corner for shape in shapes if shape.role == "axis" for corner in corners_of(shape)]
@@ -293,7 +295,7 @@ LOOKS = {
 
 ORDER = tuple(LOOKS)
 
-NEXT = Look("#D55E00", 0.30, 2.2)
+NEXT_LOOK = Look("#D55E00", 0.30, 2.2)
 """The look of the next failure, of any role."""
 
 FRESH = Look("#E69F00", 0.40, 2.2, (6.0, 3.0))

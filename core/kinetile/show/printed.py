@@ -13,7 +13,7 @@ from kinetile.lazy import needed
 from kinetile.plugin.drawing import Item, Segment
 from kinetile.run.simulation import Simulation
 from kinetile.scene.checks import shown
-from kinetile.show.picture import LIGHT, LOOKS, NEXT, ORDER, Picture, corners_of, take_picture
+from kinetile.show.picture import LIGHT, LOOKS, NEXT_LOOK, ORDER, Picture, corners_of, take_picture
 
 INCHES = 6.9
 """The longer side of what is shown: the text width of an A4 page."""
@@ -119,7 +119,7 @@ def _draw(axes: Any, picture: Picture) -> None:
 def _add(axes: Any, picture: Picture, shape: Item) -> None:
     patches, lines = import_module("matplotlib.patches"), import_module("matplotlib.lines")
     is_next = picture.is_next(shape)
-    look = NEXT if is_next else LOOKS[shape.role]
+    look = NEXT_LOOK if is_next else LOOKS[shape.role]
     height = 10 * LOOKS[shape.role].over + ORDER.index(shape.role) + 0.5 * is_next
     dashes = (0, look.dashes) if look.dashes else "-"
     drawn = {"lw": look.width, "linestyle": dashes, "zorder": height}

@@ -32,7 +32,7 @@ PARTS = 16
 HEIGHT = 480.0
 """The height of what is shown, in units of the file."""
 
-LEFT, BELOW = 56.0, 28.0
+LEFT_MARGIN, BELOW = 56.0, 28.0
 """The room of the names of the axes and of their numbers."""
 
 
@@ -153,7 +153,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
     up = HEIGHT / (run.end - run.begin or 1.0)
 
     def at(place: float, time: float) -> str:
-        x, y = MARGIN + LEFT + (place - run.low) * across, MARGIN + (run.end - time) * up
+        x, y = MARGIN + LEFT_MARGIN + (place - run.low) * across, MARGIN + (run.end - time) * up
         return f"{number(x)} {number(y)}"
 
     bands: dict[int, str] = {}
@@ -172,7 +172,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
         for mark in run.marks
         for x, y in [at(_between(run, mark), mark.time).split()]
     ]
-    foot, edge = MARGIN + HEIGHT, MARGIN + LEFT
+    foot, edge = MARGIN + HEIGHT, MARGIN + LEFT_MARGIN
     frame = f'x="{number(edge)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
     axes = [
         f'<text class="low" x="{number(edge + SIZE / 2)}" y="{number(foot + 32)}">{run.axis}</text>',
@@ -196,7 +196,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
         f'<rect class="arena" {frame}/>',
         *axes,
     ]
-    return document((LEFT + SIZE, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 1)
+    return document((LEFT_MARGIN + SIZE, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 1)
 
 
 def _round_numbers(low: float, high: float) -> list[float]:

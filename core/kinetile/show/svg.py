@@ -5,7 +5,17 @@ from collections.abc import Iterable, Iterator
 
 from kinetile.kernel.plan import Plan, position_after
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
-from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT, Paper, Picture, corners_of, escape, round_below
+from kinetile.show.picture import (
+    DARK,
+    LIGHT,
+    LOOKS,
+    NEXT_LOOK,
+    Paper,
+    Picture,
+    corners_of,
+    escape,
+    round_below,
+)
 
 SIZE = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
@@ -197,7 +207,7 @@ def _style(roles: Iterable[str]) -> str:
         ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
         ".velocity path{marker-end:url(#head)}",
     ]
-    for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT)]:
+    for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT_LOOK)]:
         dashes = f";stroke-dasharray:{' '.join(map(number, look.dashes))}" if look.dashes else ""
         rules.append(
             f".{name}{{fill:{look.colour};fill-opacity:{number(look.filled)};stroke:{look.colour};"

@@ -33,7 +33,7 @@ _SPACINGS = 4.0  # first encounters are searched until a disc has flown this man
 _ENOUGH = 0.01  # CPU seconds of a method on a scene, at least ...
 _MOST = 20  # ... unless that takes more runs than this in a round
 
-Kind = Literal["kinetic", "snapshots", "engine"]
+MethodKind = Literal["kinetic", "snapshots", "engine"]
 
 
 def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
@@ -69,7 +69,7 @@ class SpeedError:
 
     bodies: Annotated[int, Column("of the scenes", "discs")]
     density: Annotated[float, Column("of the scenes", "density")]
-    kind: Annotated[Kind, Column("kinetic, snapshots or engine")]
+    kind: Annotated[MethodKind, Column("kinetic, snapshots or engine")]
     method: Annotated[str, Column("broad phase, how snapshots find pairs, or engine", "method")]
     dt: Annotated[float | None, Column("the step, in the scene's time; kinetic methods have none", "dt")]
     cost: Annotated[float, Column("median run of a unit of simulated time", "CPU s per unit of time")]
@@ -97,7 +97,7 @@ class ReferenceRun(NamedTuple):
 class Method:
     """A way to simulate: a broad phase, snapshots, or an engine; the latter two with a step ``dt``."""
 
-    kind: Kind
+    kind: MethodKind
     name: str
     dt: float | None = None
 

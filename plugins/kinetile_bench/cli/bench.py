@@ -33,7 +33,7 @@ def events(
 
     For example: kinetile bench events --bodies 100,400 --densities 0.5
     """
-    from kinetile_bench.events import bench_events
+    from kinetile_bench.event_rates import bench_events
 
     with Bar("measuring") as bar:
         chosen = None if phases is None else cli.phase_choices(phases)

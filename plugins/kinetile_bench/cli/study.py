@@ -10,7 +10,7 @@ import typer
 from kinetile.cli.files import check_ending, file_errors
 from kinetile.cli.options import Csv, Json, argument, option
 from kinetile.cli.output import as_csv, as_json, printed, show
-from kinetile.cli.terminal import FAULT, Bar, echo, notice
+from kinetile.cli.terminal import EXIT_FAULT, Bar, echo, notice
 
 if TYPE_CHECKING:
     from kinetile_bench.study import Study, StudyStatus
@@ -88,7 +88,7 @@ def study_rows(study: StudyName, results: Results = None, json: Json = False) ->
 
 def _end(status: StudyStatus) -> None:
     if not status.well:
-        raise typer.Exit(FAULT)
+        raise typer.Exit(EXIT_FAULT)
 
 
 def _find_study(name: str, results: Path | None) -> Study:

@@ -7,7 +7,7 @@ from statistics import median
 from typing import Any
 
 from kinetile.cli.output import empty_table, rows_table, table_of
-from kinetile_bench.events import EventsBench
+from kinetile_bench.event_rates import EventsBench
 from kinetile_bench.thesis import ThesisBench
 from kinetile_bench.thesis.statements import Statement
 from kinetile_bench.user_scene import Chosen, SceneBench

@@ -16,8 +16,8 @@ from kinetile import Scene, make_scene, registry
 from kinetile.errors import Mistake, SceneError, StudyError, UnknownName, one_of
 from kinetile.instruments import (
     VALUES,
-    Kind,
     Parameter,
+    PluginKind,
     Value,
     abridged,
     check_observable,
@@ -36,7 +36,7 @@ from kinetile.instruments import (
 MOST_TASKS = 200_000
 """All tasks of a study are in memory while it runs: some hundred megabytes."""
 
-Named = tuple[Kind, str]
+Named = tuple[PluginKind, str]
 
 
 class StudyScene(NamedTuple):
@@ -179,7 +179,7 @@ class _Reader:
         results = self.given.get("results")
         return StudyPlan(tuple(scenes), phases, repeats, observe, results and self.folder / results)
 
-    def texts(self, key: str, kind: Kind, check: Callable[[str], None]) -> tuple[str, ...]:
+    def texts(self, key: str, kind: PluginKind, check: Callable[[str], None]) -> tuple[str, ...]:
         """Returns the texts of a key, each of which has the name of a plugin of this kind, with options."""
         texts = self.given.get(key, ())
         found: list[tuple[str, dict[str, Any]]] = []

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 
 from kinetile import ANSWER, Simulation, __version__, registry
 from kinetile.errors import KinetileError, Refused, UnknownName, printable
-from kinetile.instruments import NOTHING_IS_COMPILED, Kind, read_phase
+from kinetile.instruments import NOTHING_IS_COMPILED, PluginKind, read_phase
 from kinetile_accuracy.environment import environment
 from kinetile_bench.study.plan import StudyPlan, StudyScene
 
@@ -26,7 +26,7 @@ DONE, REFUSED, FAILED, LOST, DISAGREES = "done", "refused", "failed", "lost", "d
 STATUSES = (DONE, REFUSED, FAILED, LOST, DISAGREES)
 """The ends of a task, as its row has them. ``LOST``: its worker died."""
 
-Source = tuple[Kind | Literal["framework"], str, str]
+Source = tuple[PluginKind | Literal["framework"], str, str]
 """What a result depends on: its kind, its name, and the package and version that it comes from."""
 
 
@@ -127,11 +127,11 @@ def _environment() -> dict[str, Any]:
     return environment() | {"host": platform.node()}
 
 
-def _sources(named: Iterable[tuple[Kind | Literal["framework"], str]]) -> tuple[Source, ...]:
+def _sources(named: Iterable[tuple[PluginKind | Literal["framework"], str]]) -> tuple[Source, ...]:
     return tuple((kind, name, _source(kind, name)) for kind, name in named)
 
 
-def _source(kind: Kind | Literal["framework"], name: str) -> str:
+def _source(kind: PluginKind | Literal["framework"], name: str) -> str:
     """Returns where a plugin comes from: its package with its version, a foreign one with a digest."""
     if kind == "framework":
         return f"{__version__}, answer {ANSWER}"

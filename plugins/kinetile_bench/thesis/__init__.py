@@ -19,7 +19,7 @@ from kinetile.instruments import write_phase
 from kinetile_accuracy.environment import environment
 from kinetile_accuracy.sections import grouped
 from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_with_options, prepared
-from kinetile_bench.events import BODIES, DENSITIES
+from kinetile_bench.event_rates import BODIES, DENSITIES
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells", "power")
 """The thesis's three, sweep-and-prune on two axes, which its figures leave out, and two that it has not."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from kinetile_bench.events import BODIES, DENSITIES
+from kinetile_bench.event_rates import BODIES, DENSITIES
 from kinetile_bench.thesis import ThesisBench, ThesisScene
 
 NAIVE, SAP, SAP2, TILING = "naive", "sap-1d", "sap-2d", "sweep-tiling"

@@ -81,7 +81,7 @@ class Met(NamedTuple):
         then = "" if self.after is None else f"leave with {self.after[at].tolist()}"
         return f"{text} {' and '.join(each for each in (when, then) if each)}"
 
-    def check(self, at: Moment, found: Met, how: str) -> None:
+    def check(self, at: PairMoment, found: Met, how: str) -> None:
         """Raises for the first meeting that is found to be another one; ``how``: by what, or where."""
         differs = np.zeros(len(self.who), np.bool_)
         for one, other in zip(self, found, strict=True):
@@ -106,7 +106,7 @@ Answer = Callable[[Kernel, Met], Met]
 """Returns meetings with what a hook answers, on tables that it leaves as they were."""
 
 
-class Moment(NamedTuple):
+class PairMoment(NamedTuple):
     """A moment of a run, in words, and tables for it, in which bodies may have other velocities."""
 
     sim: Simulation
@@ -124,15 +124,15 @@ GRAZES = 40
 """The most halvings of the depth of a graze."""
 
 
-def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
+def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[PairMoment]:
     """Yields a moment as it is; with all slower; and, where paths are straight, with drawn velocities."""
-    yield Moment(sim, f"at time {sim.time!r}", sim.tables)
+    yield PairMoment(sim, f"at time {sim.time!r}", sim.tables)
     for power in SLOWER:
         k = copied(sim.tables)
         k.bodies.vx *= 0.5**power
         k.bodies.vy *= 0.5**power
         note_all_places(k, int(k.clock[0].now))
-        yield Moment(sim, f"at time {sim.time!r}, 2^{power} times as slow,", k)
+        yield PairMoment(sim, f"at time {sim.time!r}, 2^{power} times as slow,", k)
     fast = np.hypot(sim.tables.bodies.vx, sim.tables.bodies.vy).max(initial=0.0)
     for _ in range(0 if sim.scene.bent or sim.scene.periodic or fast == 0.0 else DRAWN):
         k = copied(sim.tables)
@@ -149,13 +149,13 @@ def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[Moment]:
         k.bodies.vx, k.bodies.vy = velocity.T
         k.bodies.anchor, k.bodies.last = k.clock[0].now, NOBODY
         note_all_places(k, int(k.clock[0].now))
-        yield Moment(sim, f"at time {sim.time!r}, with the velocities {velocity.tolist()},", k)
+        yield PairMoment(sim, f"at time {sim.time!r}, with the velocities {velocity.tolist()},", k)
 
 
 def _at_some_moments(
     case: Case,
-    meetings: Callable[[Moment], tuple[Answer, Met] | None],
-    look: Callable[[Moment, Answer, Met], object],
+    meetings: Callable[[PairMoment], tuple[Answer, Met] | None],
+    look: Callable[[PairMoment, Answer, Met], object],
 ) -> None:
     """Calls a function with some moments of a run, and with what answers meetings there."""
     random = np.random.default_rng(len(case.scene))
@@ -169,7 +169,7 @@ def _at_some_moments(
     watch(case, see, steps=2 * STEPS, every=EVERY)
 
 
-def _pairs(at: Moment) -> tuple[Answer, Met] | None:
+def _pairs(at: PairMoment) -> tuple[Answer, Met] | None:
     pair, two = composition_of(at.sim).pair, np.column_stack(np.triu_indices(len(at.tables.bodies), 1))
     return None if pair is None else (partial(_met, pair), Met(two.astype(np.int32)))
 
@@ -196,7 +196,7 @@ def its_bounds_are_never_late(case: Case) -> None:
     if parts is None or parts.soonest is None:
         raise DoesNotApply("it has no bounds")
 
-    def look(at: Moment, answer: Answer, met: Met) -> None:
+    def look(at: PairMoment, answer: Answer, met: Met) -> None:
         k, bound = copied(at.tables), np.zeros(len(met.who))
         now, per_time = int(k.clock[0].now), float(k.clock[0].per_time)
         note_all_places(k, now)
@@ -222,7 +222,7 @@ def discs_meet_at_the_tick_of_the_specification(case: Case) -> None:
         raise DoesNotApply("it does not say that bodies touch at the sum of their radii")
     usual = partial(_met, registry().target("narrow phase", "disc")(**GENERAL).prepare(case.scene))
 
-    def look(at: Moment, answer: Answer, met: Met) -> None:
+    def look(at: PairMoment, answer: Answer, met: Met) -> None:
         found, right = (each(copied(at.tables), met)._replace(after=None) for each in (answer, usual))
         found.check(at, right, "by the specification")
 
@@ -239,10 +239,10 @@ def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
         raise DoesNotApply("it does not say that walls are at the edges of an arena")
     named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))
 
-    def walls(at: Moment) -> tuple[Answer, Met]:
+    def walls(at: PairMoment) -> tuple[Answer, Met]:
         return lambda k, _: _met_walls(named, k), _met_walls(usual, at.tables)
 
-    def look(at: Moment, answer: Answer, met: Met) -> None:
+    def look(at: PairMoment, answer: Answer, met: Met) -> None:
         answer(at.tables, met).check(at, met, "by the specification")
 
     _at_some_moments(case, walls, look)
@@ -280,7 +280,7 @@ def same_contacts_as_convex(case: Case) -> None:
         raise Disagreement(f"compared with convex, {text}")
 
 
-def _meetings(name: str, at: Moment) -> tuple[Answer, Met] | None:
+def _meetings(name: str, at: PairMoment) -> tuple[Answer, Met] | None:
     """Returns the response of a name, and the meetings of bodies that approach to which it is the answer."""
     rules, k = composition_of(at.sim).rules, at.tables
     rows = [response.name == name for row in at.sim.scene.meets for response in row]
@@ -320,7 +320,7 @@ def a_response_depends_on_the_meeting_alone(case: Case) -> None:
     clock, other bodies, the numbers of the two and their order make no difference. It changes nothing else,
     and no immovable body that meets a movable one, and the two do not go on towards each other"""
 
-    def look(at: Moment, answer: Answer, met: Met) -> None:
+    def look(at: PairMoment, answer: Answer, met: Met) -> None:
         moved = "clock.now", "bodies.anchor", "traits.touched"
         found = _check_surroundings("respond", moved, at, answer, met)
         exchanged = answer(copied(at.tables), found.exchanged()).exchanged()
@@ -361,13 +361,13 @@ def nobody_is_faster_after_a_contact(case: Case) -> None:
             after = copied(sim.tables)
             if event.kind in ("disc", "wall"):
                 who = np.array([[*after.slots[list(event.bodies)], LEFT][:2]])
-                _check_hop(Moment(sim, f"at time {sim.time!r}", before), after, who, lasting)
+                _check_hop(PairMoment(sim, f"at time {sim.time!r}", before), after, who, lasting)
             if len(sim.contacts) >= case.contacts:
                 return
             before = after
 
 
-def _check_hop(at: Moment, after: Kernel, who: Integers, lasting: float) -> None:
+def _check_hop(at: PairMoment, after: Kernel, who: Integers, lasting: float) -> None:
     """Raises where those that have met gain more than a least hop; their plans until then are anchored."""
     k, now = at.tables, after.clock[0]
     since = (now.now - k.bodies.anchor + (now.epoch - k.clock[0].epoch) * TICKS) * now.tick
@@ -389,7 +389,7 @@ def _response(case: Case, feature: str = "") -> tuple[str, toolbox.ResponseParts
     return response.name, parts
 
 
-def _check_surroundings(hook: str, moved: tuple[str, ...], at: Moment, answer: Answer, met: Met) -> Met:
+def _check_surroundings(hook: str, moved: tuple[str, ...], at: PairMoment, answer: Answer, met: Met) -> Met:
     """Returns what a hook answers; raises where it writes to a table, but for a fault, which it may report,
     or answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
     k = copied(at.tables)
@@ -446,7 +446,7 @@ def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Fl
     return mass, heavy, np.stack([vx, vy], axis=2).reshape(-1, 4)
 
 
-def _check_energy(at: Moment, answer: Answer, met: Met, hop: float = 0.0) -> None:
+def _check_energy(at: PairMoment, answer: Answer, met: Met, hop: float = 0.0) -> None:
     """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it, and than
     they have who part with the speed ``hop``."""
     mass, heavy, old = _before(at.tables, met.who)

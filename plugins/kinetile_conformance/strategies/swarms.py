@@ -326,10 +326,10 @@ def convoy(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 FEWEST, MOST = 8, 400
 
-Kind = Callable[[np.random.Generator, int, int], Scene]
+DrawOfKind = Callable[[np.random.Generator, int, int], Scene]
 
 
-def _named(*kinds: Kind) -> dict[str, Kind]:
+def _named(*kinds: DrawOfKind) -> dict[str, DrawOfKind]:
     return {kind.__name__.replace("_", " "): kind for kind in kinds}
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from kinetile import Scene
 from kinetile_plugins.scenes import numerics
-from kinetile_plugins.scenes.numerics import Floats, Ints, demand, demand_in_range, demand_number, draws
+from kinetile_plugins.scenes.numerics import Floats, Integers, demand, demand_in_range, demand_number, draws
 from kinetile_plugins.scenes.random_discs import places
 
 
@@ -79,7 +79,7 @@ def sizes_and_masses(
     return np.repeat(radius_of, numbers), np.repeat(mass_of, numbers)
 
 
-def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Ints:
+def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Integers:
     demand_number("bodies", bodies, 2, "a mixture has 2 bodies or more")
     if fractions:
         _numbers("fractions", fractions, sizes)
@@ -166,7 +166,7 @@ def square(
     return _crystal(sites, size, density, vacancies, radius, walls, temperature, seed)
 
 
-def _rows_and_columns(columns: int, rows: int) -> tuple[Ints, Ints]:
+def _rows_and_columns(columns: int, rows: int) -> tuple[Integers, Integers]:
     """Returns row and column of each site; raises BadOption where there are too few sites or too many."""
     demand_number("columns", columns, 1, "a crystal has 1 column or more")
     demand_number("rows", rows, 1, "a crystal has 1 row or more")

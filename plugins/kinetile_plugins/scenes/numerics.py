@@ -24,7 +24,7 @@ from kinetile.errors import BadOption, shown
 from kinetile.scene.values import SIZE
 
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+Integers = npt.NDArray[np.int64]
 
 
 class Draws:
@@ -39,7 +39,7 @@ class Draws:
         bits = np.asarray(self._source.random_raw(int(np.prod(shape, dtype=np.int64))), dtype=np.uint64)
         return (bits >> np.uint64(11)).astype(np.float64).reshape(shape) * 2.0**-53
 
-    def below(self, limits: int | Ints, *shape: int) -> Ints:
+    def below(self, limits: int | Integers, *shape: int) -> Integers:
         """Returns whole numbers from 0 up to, and never, the limit (for all, or each), at most 2**32."""
         wanted = int(np.prod(shape, dtype=np.int64))
         bits = np.asarray(self._source.random_raw(max(0, wanted - len(self._half) + 1) // 2), dtype=np.uint64)
@@ -48,7 +48,7 @@ class Draws:
         self._half = halves[wanted:]
         return ((halves[:wanted] * np.uint64(limits)) >> np.uint64(32)).astype(np.int64).reshape(shape)
 
-    def order(self, number: int) -> Ints:
+    def order(self, number: int) -> Integers:
         """Returns 0 to ``number`` - 1 in an order of which each is as likely (Fisher and Yates's shuffle)."""
         order, last = list(range(number)), number - 1
         while last > 0:

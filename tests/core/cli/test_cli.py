@@ -486,7 +486,7 @@ def test_a_run_imports_only_what_it_needs():
             app(["run", "-s", "bodies=4", "--broad-phase", "naive"])
         except SystemExit as end:
             assert not end.code
-        unwanted = {"pyarrow", "rich", "kinetile.scene.files", "kinetile.records.events"}
+        unwanted = {"pyarrow", "rich", "kinetile.scene.files", "kinetile.records.recorder"}
         assert not unwanted & set(sys.modules), unwanted & set(sys.modules)
         kinetile.toolbox, kinetile.records.read_events  # a package was no attribute until something had it
     """

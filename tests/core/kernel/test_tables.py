@@ -22,8 +22,8 @@ from kinetile.kernel.tables import (
     CARRIED,
     CLOCK,
     DUE,
+    ON_LARGE_PAGES,
     PAGE,
-    SHARED,
     TICK,
     allocate,
     declared,
@@ -94,7 +94,7 @@ def test_a_table_is_zeroed_and_begins_on_a_cache_line_with_large_pages_or_withou
         monkeypatch.delattr(mmap, "MADV_HUGEPAGE", raising=False)
     if system == "does not map":
         monkeypatch.setattr(mmap, "mmap", _refuse)
-    for length in (1, 3, SHARED // dtype.itemsize + 1, PAGE // dtype.itemsize + 1):
+    for length in (1, 3, ON_LARGE_PAGES // dtype.itemsize + 1, PAGE // dtype.itemsize + 1):
         table = record_table(dtype, length)
         assert len(table) == length
         assert table.ctypes.data % 64 == 0

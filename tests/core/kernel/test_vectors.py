@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as arrays
 
 from kinetile.kernel import vectors
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED, hook
-from kinetile.kernel.tables import BODY, PLACE, record_table
+from kinetile.kernel.tables import BODY, PLAN_NUMBERS, record_table
 from two_forms import both_ways
 
 pytestmark = pytest.mark.usefixtures("compiled_here")
@@ -250,7 +250,7 @@ def write(table: Any, which: int, x: float, y: float, vx: float, vy: float) -> N
 )
 @settings(deadline=None, max_examples=40)
 def test_places_and_flight_plans_are_those_of_the_tables(values, ticks, which):
-    places, bodies = record_table(PLACE, 12), record_table(BODY, 12)
+    places, bodies = record_table(PLAN_NUMBERS, 12), record_table(BODY, 12)
     for at, row in enumerate(values[:, :4].tolist()):
         write(places, at, *row)
     for column, name in zip(values.T, ("x", "y", "vx", "vy", "reach"), strict=True):

@@ -93,9 +93,10 @@ WRITE = """
     import sys, time
     sys.path.insert(0, {tests!r})
     import test_locks as made
-    from kinetile.records import EventRecorder, events
+    from kinetile.records import EventRecorder
+    from kinetile.records import recorder as recording
 
-    events._ROWS_A_BATCH = {batch}
+    recording._ROWS_A_BATCH = {batch}
     with EventRecorder({path!r}, made.SCENE) as recorder:
         recorder(made.rows(3))
         print("writes", flush=True)
@@ -169,11 +170,11 @@ def _no_lock_here(descriptor, operation):
 
 @pytest.mark.parametrize("flock", [None, _no_lock_here])
 def test_without_locks_a_partial_file_is_refused_until_it_is_taken_away(tmp_path, monkeypatch, flock):
-    from kinetile.records import events
+    from kinetile.records import recorder as recording
 
     monkeypatch.setattr(locks, "flock", flock)
     path = tmp_path / "e.parquet"
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 5)
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 5)
     with EventRecorder(path, SCENE) as one:
         one(rows(5))
         refused("another run is writing it, or one that was killed has left it", path, overwrite=True)
@@ -215,9 +216,9 @@ def test_a_folder_that_was_removed_was_said_to_hold_the_events(tmp_path):
 
 @pytest.mark.skipif(os.name == "nt", reason="an open file cannot be removed there")
 def test_a_run_whose_file_was_removed_ends_with_the_next_write(tmp_path, monkeypatch):
-    from kinetile.records import events
+    from kinetile.records import recorder as recording
 
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 5)
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 5)
     recorder = EventRecorder(tmp_path / "e.parquet", SCENE).__enter__()
     recorder(rows(5))
     recorder.partial.unlink()

@@ -10,7 +10,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import RecordError
 from kinetile.records import EventRecorder, read_events
-from kinetile.records import events as records
+from kinetile.records import recorder as records
 from kinetile.scene.files import loads_scene
 
 pq = pytest.importorskip("pyarrow.parquet")

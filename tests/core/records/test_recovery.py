@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 import kinetile as kt
 from command_line import kinetile, printed, refused
 from kinetile.errors import RecordError
-from kinetile.records import EventRecorder, Trajectory, events, finishing, read_events, recover
+from kinetile.records import EventRecorder, Trajectory, finishing, read_events, recover
+from kinetile.records import recorder as recording
 from kinetile.records.log import LogFile, LogReader
 from lanes import first
 from messages import table
@@ -36,7 +37,7 @@ def left(tmp_path_factory, whole):
     """What a run has left that was killed: the log of all its rows but the last ten, in batches of 20."""
     path = tmp_path_factory.mktemp("left") / "e.parquet"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(events, "_ROWS_A_BATCH", 20)
+        patch.setattr(recording, "_ROWS_A_BATCH", 20)
         with EventRecorder(path, SCENE, {"note": "as it was"}) as recorder:
             recorder.begin(None, 0)
             for begin in range(0, len(whole) - 10, 20):
@@ -184,7 +185,7 @@ def test_a_disk_without_room_for_the_event_file_keeps_the_log_of_a_whole_run(tmp
 @pytest.mark.parametrize("room", [0, 2000])
 def test_a_full_disk_keeps_the_batches_before_it_and_says_so(tmp_path, monkeypatch, whole, batches, room):
     """Nothing fits after them, or a part of a batch and the last text."""
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 20)
     path = tmp_path / "e.parquet"
     recorder = EventRecorder(path, SCENE).__enter__()
     for begin in range(0, batches * 20, 20):
@@ -206,7 +207,7 @@ def test_a_full_disk_keeps_the_batches_before_it_and_says_so(tmp_path, monkeypat
 
 def test_rows_are_written_when_a_quarter_of_a_second_is_over(tmp_path, monkeypatch, whole):
     now = [100.0]
-    monkeypatch.setattr(events, "monotonic", lambda: now[0])
+    monkeypatch.setattr(recording, "monotonic", lambda: now[0])
     with EventRecorder(tmp_path / "e.parquet", SCENE) as recorder:
         for number, (after, written) in enumerate(
             [(0.1, 0), (0.1, 0), (0.1, 3), (0.2, 3), (0.05, 5), (9.0, 6)]
@@ -220,13 +221,13 @@ def test_rows_are_written_when_a_quarter_of_a_second_is_over(tmp_path, monkeypat
 
 def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_path, monkeypatch, whole):
     """A run had got to a time when its rows were still being written, batch by batch."""
-    monkeypatch.setattr(events, "monotonic", lambda: 100.0)  # else a busy machine writes some before
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    monkeypatch.setattr(recording, "monotonic", lambda: 100.0)  # else a busy machine writes some before
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 20)
     recorder = EventRecorder(tmp_path / "e.parquet", SCENE).__enter__()
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 10**6)
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 10**6)
     recorder(whole[:50])
     recorder.end(2.0)
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 20)
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 20)
     recorder.flush()
     with recorder.partial.open("rb") as file:
         log = LogReader(file, "")
@@ -275,7 +276,7 @@ def test_a_resume_that_was_killed_while_it_copied_had_made_its_run_no_beginning(
         assert sim.rows % 20
         shutil.copy(left, tmp_path / "e.parquet.partial")
     sim.save(tmp_path / "c.kt")
-    monkeypatch.setattr(events, "_ROWS_A_BATCH", 60)
+    monkeypatch.setattr(recording, "_ROWS_A_BATCH", 60)
     for steps in range(100):
         folder = shutil.copytree(tmp_path, tmp_path.with_name(f"{tmp_path.name}-{steps}"))
         if (child := os.fork()) == 0:

@@ -4,7 +4,7 @@ import math
 
 import kinetile as kt
 from kinetile.run.engine.state import contents_at_start
-from kinetile.run.prepared import LEAST, Prepared, present_scene
+from kinetile.run.prepared import LEAST_SLOTS, Prepared, present_scene
 from kinetile.scene import are_alike
 
 SCENE = kt.Scene([(1, 1), (3, 1)], [(600, 0), (0, 0)], 0.25, mass=[1.0, math.inf], arena=(4, 4))
@@ -12,7 +12,7 @@ SCENE = kt.Scene([(1, 1), (3, 1)], [(600, 0), (0, 0)], 0.25, mass=[1.0, math.inf
 
 def test_the_room_of_a_run_was_a_hidden_attribute_of_its_scene() -> None:
     room = Prepared.of(SCENE)
-    assert (SCENE.capacity, room.capacity, Prepared.of(SCENE, 5).capacity) == (2, LEAST, 5)
+    assert (SCENE.capacity, room.capacity, Prepared.of(SCENE, 5).capacity) == (2, LEAST_SLOTS, 5)
     assert room == SCENE
     assert vars(room).keys() - vars(SCENE).keys() == {"capacity", "_ruled", "movable_shapes"}
     other = room.replace(start=1.0)

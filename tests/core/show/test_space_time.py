@@ -66,10 +66,14 @@ def test_a_contact_through_an_image_is_marked_where_it_is():
     root = ElementTree.fromstring(drawn)
     dots = [each for each in root.iter(f"{SVG}circle") if float(each.get("cy")) < 492.0]
     assert len(dots) == 1
-    assert float(dots[0].get("cx")) == pytest.approx(12.0 + space_time.LEFT + 640.0 * 0.1 / 6.0, abs=0.1)
+    assert float(dots[0].get("cx")) == pytest.approx(
+        12.0 + space_time.LEFT_MARGIN + 640.0 * 0.1 / 6.0, abs=0.1
+    )
     texts = {each.text: each for each in root.iter(f"{SVG}text")}
     assert {"x", "time", *"0246", "0.5", "1.5"} <= {*texts}
-    assert float(texts["4"].get("x")) == pytest.approx(12.0 + space_time.LEFT + 640.0 * 4.0 / 6.0, abs=0.1)
+    assert float(texts["4"].get("x")) == pytest.approx(
+        12.0 + space_time.LEFT_MARGIN + 640.0 * 4.0 / 6.0, abs=0.1
+    )
     assert float(texts["0.5"].get("y")) == pytest.approx(12.0 + 480.0 * 0.75, abs=0.1)
 
 

@@ -13,7 +13,7 @@ from kinetile.toolbox import BroadPhaseParts, Kernel, NoState, hook
 from kinetile_conformance import check_named
 from kinetile_conformance.cases import RunOutcome, Subject, difference, table_difference, tables_after
 from kinetile_conformance.checks import claims
-from kinetile_conformance.runner import CheckRun, Plan, Runner
+from kinetile_conformance.runner import CheckRun, JudgingPlan, Runner
 from kinetile_conformance.strategies.swarms import swarm
 from kinetile_plugins.naive import near as everybody
 from registering import registered
@@ -86,7 +86,7 @@ def _registered() -> Iterator[None]:
 
 
 def judged(name: str, check: str, **options):
-    return Runner(Plan(Subject(name, options), examples=50, shrink=False, explains=False)).run(check)
+    return Runner(JudgingPlan(Subject(name, options), examples=50, shrink=False, explains=False)).run(check)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from kinetile_conformance.cases import Subject
 from kinetile_conformance.checks import check_named
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import OFTEN, SYMPTOMS, diagnosed, likely
-from kinetile_conformance.runner import CheckRun, Plan, Runner, reference_of
+from kinetile_conformance.runner import CheckRun, JudgingPlan, Runner, reference_of
 from lanes import first
 from registering import registered
 
@@ -100,7 +100,7 @@ def grid_with(error, folder):
 @pytest.mark.parametrize("error", first(14, [*BEGINNERS]))
 def test_an_error_of_a_beginner_is_told_truly(error, tmp_path):
     with grid_with(error, tmp_path) as row:
-        runner = Runner(Plan(Subject("grid", {}), examples=12, shrink=False, explains=False))
+        runner = Runner(JudgingPlan(Subject("grid", {}), examples=12, shrink=False, explains=False))
         check, found = "", ""
         try:
             runner.smoke_test()

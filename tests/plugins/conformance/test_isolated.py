@@ -25,7 +25,7 @@ from kinetile_conformance import CHECKS, Report, Result, check_broad_phase, chec
 from kinetile_conformance.cases import Subject, load_case
 from kinetile_conformance.isolated import IsolatedRunner
 from kinetile_conformance.processes import Child, Died, Message, in_a_child, pickled
-from kinetile_conformance.runner import Plan, Runner
+from kinetile_conformance.runner import JudgingPlan, Runner
 from kinetile_plugins.naive import near as everyone
 from lanes import first
 from messages import table
@@ -220,7 +220,7 @@ _exits_with_two = fixture(kt.BroadPhaseSpec("exits-with-two", ExitsWithTwo), aut
 @pytest.mark.small
 @pytest.mark.usefixtures("_exits_with_two")
 def test_a_death_outside_of_checks_is_an_error_that_says_what_was_done() -> None:
-    with closing(IsolatedRunner(Plan.of_phase("exits-with-two", {}))) as runner:
+    with closing(IsolatedRunner(JudgingPlan.of_phase("exits-with-two", {}))) as runner:
         with pytest.raises(PhaseError, match="the process ended itself with status 7 in a measurement"):
             runner.attempt("a measurement", Runner.smoke_test)
         assert "Runner" in runner.attempt("another", repr)  # in another child

@@ -23,7 +23,7 @@ from kinetile_conformance.checks import check_named
 from kinetile_conformance.checks.check import Case, Disagreement, compare
 from kinetile_conformance.drawing import Drawing
 from kinetile_conformance.reporting import Result
-from kinetile_conformance.runner import CheckRun, Plan, Runner, reference_of
+from kinetile_conformance.runner import CheckRun, JudgingPlan, Runner, reference_of
 from kinetile_plugins.naive import near as everybody
 from registering import fixture, registered
 
@@ -81,7 +81,7 @@ _registered = fixture(*PHASES, hostile_phases)
 
 @pytest.mark.slow
 def test_out_of_time_is_not_judged() -> None:
-    runner = Runner(Plan(Subject("slow", {}), examples=40, seconds=0.25))
+    runner = Runner(JudgingPlan(Subject("slow", {}), examples=40, seconds=0.25))
     list(runner._drawing.scenes(check_named("its-structure-is-true")))  # drawing takes time, too
     result = runner.run("its-structure-is-true")
     assert result.status == "not judged"
@@ -101,7 +101,7 @@ def test_drawing_takes_nothing_of_the_time(monkeypatch: pytest.MonkeyPatch) -> N
             yield scene
 
     monkeypatch.setattr(Drawing, "scenes", slowly)
-    runner = Runner(Plan(Subject("naive", {}), seconds=0.5))
+    runner = Runner(JudgingPlan(Subject("naive", {}), seconds=0.5))
     assert runner.run("same-contacts").status == "passed"
 
 
@@ -129,7 +129,7 @@ def test_compiling_is_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
-    result = Runner(Plan(Subject("moody", {}), examples=10, shrink=False)).run("same-contacts")
+    result = Runner(JudgingPlan(Subject("moody", {}), examples=10, shrink=False)).run("same-contacts")
     assert result.status == "failed"
     times = int(result.said.rpartition("it failed ")[2].partition(")")[0])
     assert "(not every time: of 5 times more on this scene it failed" in result.said
@@ -137,7 +137,7 @@ def test_a_failure_that_does_not_always_come_back_says_how_often() -> None:
 
 
 def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> None:
-    runner = Runner(Plan(Subject("wrong-if", {"wrong": 1}), **QUICKLY, save_to=tmp_path))
+    runner = Runner(JudgingPlan(Subject("wrong-if", {"wrong": 1}), **QUICKLY, save_to=tmp_path))
     result = runner.run("same-contacts")
     assert "not every time" not in result.said
     assert result.case is not None
@@ -150,7 +150,7 @@ def test_a_saved_case_has_the_options_with_which_it_failed(tmp_path: Path) -> No
 
 def test_a_failure_in_the_gallery_is_saved_and_replayed(tmp_path: Path) -> None:
     options = QUICKLY | {"examples": 1, "save_to": tmp_path}
-    runner = Runner(Plan(Subject("wrong-with-many", {}), **options))
+    runner = Runner(JudgingPlan(Subject("wrong-with-many", {}), **options))
     assert runner.run("same-contacts").ok
     result = runner.run("same-contacts-in-the-gallery")
     assert (result.status, result.bodies) == ("failed", 26)
@@ -181,7 +181,7 @@ def test_no_scene_is_drawn_after_one_that_fails() -> None:
 
 
 def test_a_small_scene_that_fails_is_minimised() -> None:
-    result = Runner(Plan(Subject("wrong-if", {"wrong": 1}), examples=30)).run("same-contacts")
+    result = Runner(JudgingPlan(Subject("wrong-if", {"wrong": 1}), examples=30)).run("same-contacts")
     assert (result.status, result.bodies) == ("failed", 2)
 
 
@@ -191,12 +191,12 @@ def test_what_a_hook_raises_is_where_the_author_wrote_it(monkeypatch: pytest.Mon
             raise PhaseError("as it is")
 
     monkeypatch.setattr(Slow, "prepare", Raises.prepare)
-    result = Runner(Plan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts")
+    result = Runner(JudgingPlan(Subject("slow", {}), examples=3, shrink=False)).run("same-contacts")
     assert result.said.startswith("PhaseError: as it is")
 
 
 def failing(save_to: Path) -> Result:
-    runner = Runner(Plan(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False))
+    runner = Runner(JudgingPlan(Subject("raises-in-arrange", {}), examples=5, save_to=save_to, shrink=False))
     result = runner.run("its-structure-is-true")
     assert result.status == "failed"
     assert "arrange raised KeyError: 'no such thing'" in result.said.splitlines()[0]
@@ -214,7 +214,7 @@ def test_a_scene_that_cannot_be_saved_is_a_line_of_the_result(tmp_path: Path) ->
 def test_the_name_of_a_phase_became_the_path_of_its_case(tmp_path: Path) -> None:
     folder = tmp_path / "within"
     with registered(kt.BroadPhaseSpec("../of/mine", WrongIf)):
-        plan = Plan(Subject("../of/mine", {"wrong": 1}), **QUICKLY, save_to=folder)
+        plan = JudgingPlan(Subject("../of/mine", {"wrong": 1}), **QUICKLY, save_to=folder)
         result = Runner(plan).run("same-contacts")
     assert result.case == folder / "..-of-mine-same-contacts.toml"
     assert list(tmp_path.iterdir()) == [folder]

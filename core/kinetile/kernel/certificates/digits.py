@@ -29,7 +29,7 @@ from kinetile.kernel.compiled import hook, larger, smaller, subroutine
 Cells: TypeAlias = Any
 """An array of 64-bit integers."""
 
-LARGEST = 2.0**1023 * (2.0 - 2.0**-52)
+LARGEST_DOUBLE = 2.0**1023 * (2.0 - 2.0**-52)
 
 LIMB = 26
 HALF = 1 << (LIMB - 1)
@@ -46,7 +46,7 @@ def room(first: int, end: int, value: float, power: int) -> tuple[int, int]:
     finite number."""
     if value == 0.0:
         return first, end
-    if not abs(value) <= LARGEST:
+    if not abs(value) <= LARGEST_DOUBLE:
         return first, CELLS + 1
     cell = ZERO + (int(math.frexp(value)[1]) - 53 + power) // LIMB
     return smaller(first, cell), larger(end, cell + 8)

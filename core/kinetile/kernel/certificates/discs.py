@@ -156,7 +156,7 @@ import math
 from typing import NamedTuple
 
 from kinetile.kernel.certificates.digits import LIMIT, as_count
-from kinetile.kernel.certificates.discs_exactly import NONE_YET, Window, rises_or_presses, touch_exactly
+from kinetile.kernel.certificates.discs_exactly import NO_FALL_YET, Window, rises_or_presses, touch_exactly
 from kinetile.kernel.certificates.plans import Plans
 from kinetile.kernel.certificates.separation import (
     LARGE,
@@ -339,13 +339,13 @@ def gap_after(x: Way, y: Way, reach: float, reach_low: float, count: int, tick: 
     return q, 2.0**-98 * (spread + rr)
 
 
-UNKNOWN = 2
+UNSURE = 2
 """What ``sign_at`` returns where sums of two doubles do not decide."""
 
 
 @hook
 def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: int) -> int:
-    """Return the sign of Q after a number of ticks, or ``UNKNOWN``."""
+    """Return the sign of Q after a number of ticks, or ``UNSURE``."""
     reach, reach_low = plus(radius, radius2)
     q, error = gap_after(x, y, reach, reach_low, count, plans.tick)
     if abs(q) > error:
@@ -353,7 +353,7 @@ def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: 
     grain = smaller(grain_of(radius), grain_of(radius2))
     for axis in (plans.x, plans.y):
         grain = smaller(grain, grain_at(axis, plans.elapsed, count, plans.tick))
-    return 0 if abs(q) + error < grain * grain else UNKNOWN
+    return 0 if abs(q) + error < grain * grain else UNSURE
 
 
 @subroutine
@@ -365,17 +365,17 @@ def at_whole_tick(plans: Plans, radius: float, radius2: float, turn: int, guess:
     if not (radius + radius2 > SMALL and sizes < LARGE and x.speed + y.speed < LARGE):
         return OPEN
     here = sign_at(x, y, plans, radius, radius2, guess)
-    if here == UNKNOWN or (here * turn < 0 and guess == 0):
+    if here == UNSURE or (here * turn < 0 and guess == 0):
         return OPEN
     first = guess - 1 if here * turn < 0 else guess
     other = sign_at(x, y, plans, radius, radius2, first if first < guess else guess + 1)
     fits = other * turn >= 0 if first < guess else other * turn < 0
-    if other == UNKNOWN or not fits:
+    if other == UNSURE or not fits:
         return OPEN
     return first if first < LIMIT else NEVER
 
 
-STEPS = 120
+MOST_INTERVALS = 120
 """Intervals before whole numbers take over; some three are enough."""
 
 
@@ -462,7 +462,7 @@ def first_span(
     return float(smaller(1.5 * m.c0 / rate, FAR * tick) * per_time) if rate > 0.0 else FAR
 
 
-class Piece(NamedTuple):
+class Interval(NamedTuple):
     """Q in an interval, whose length is the unit of time: ``p`` by powers of the time since its begin; and
     its Bernstein coefficients, p0 and ``b``, between the least and the greatest of which Q is (Farouki,
     Computer Aided Geometric Design 29, 2012), with their differences ``g``, so for its slope. All are right
@@ -481,7 +481,7 @@ class Piece(NamedTuple):
 
 
 @hook
-def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Piece:
+def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Interval:
     """Return Q from a time to another one."""
     h = hi - lo
     p0 = value_at(q, lo)
@@ -494,11 +494,11 @@ def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Piece:
     b3 = p0 + (0.75 * p1 + 0.5 * p2 + 0.25 * p3)
     b4 = p0 + (p1 + p2 + p3 + p4)
     error = 2.0**-48 * value_at(m, hi)
-    return Piece(Quartic(p0, p1, p2, p3, p4), b1, b2, b3, b4, b1 - p0, b2 - b1, b3 - b2, b4 - b3, error)
+    return Interval(Quartic(p0, p1, p2, p3, p4), b1, b2, b3, b4, b1 - p0, b2 - b1, b3 - b2, b4 - b3, error)
 
 
 @hook
-def root_of(piece: Piece) -> tuple[float, float]:
+def root_of(piece: Interval) -> tuple[float, float]:
     """Return where Q is 0 in an interval in which it falls below it, from 0 to 1, and its slope there."""
     s = piece.p.c0 / (piece.p.c0 - piece.b4)
     slope = 0.0
@@ -514,7 +514,14 @@ def root_of(piece: Piece) -> tuple[float, float]:
 
 @subroutine
 def tick_in_fall(
-    plans: Plans, radius: float, radius2: float, turn: int, piece: Piece, before: int, low: float, high: float
+    plans: Plans,
+    radius: float,
+    radius2: float,
+    turn: int,
+    piece: Interval,
+    before: int,
+    low: float,
+    high: float,
 ) -> int:
     """Return the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks, and below 0 there; by
     signs at whole ticks: Q >= 0 at ``before``, or nobody asks for what is earlier, and Q < 0 at ``after``."""
@@ -556,7 +563,7 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
     low = float(since)
     sizes = reach + (x.size + y.size)
     speeds = (x.speed + y.speed) + (abs(x.b) + abs(y.b))
-    steps = STEPS if reach > SMALL and sizes < LARGE and speeds < LARGE else 0
+    steps = MOST_INTERVALS if reach > SMALL and sizes < LARGE and speeds < LARGE else 0
     if int(low) != since:  # rounded: begin before it
         low = float((since >> 10) << 10)
         steps = 0 if met else steps
@@ -605,7 +612,7 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
         found = touch_exactly(plans, radius, radius2, turn, window, -1)
         if found >= 0 or high >= FAR:
             return found if found >= 0 else NEVER
-        risen = found != NONE_YET
+        risen = found != NO_FALL_YET
         low = high
         span *= 8.0
     window = Window(larger(int(low), since), LIMIT, 3, risen)

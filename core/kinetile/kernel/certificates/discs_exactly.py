@@ -57,21 +57,21 @@ class Window(NamedTuple):
     risen: bool
 
 
-NONE, NONE_YET = -1, -2
+NO_FALL, NO_FALL_YET = -1, -2
 """What ``first_fall`` returns where rule 5 does not hold in a window: Q has risen by its end, or not."""
 
-PLACE, RATE, BEND, FLOWN, COUNT = range(0, 5 * CELLS, CELLS)
+D_ROW, U_ROW, H_ROW, V_ROW, N_ROW = range(0, 5 * CELLS, CELLS)
 """Rows of lengths: D, U and H along an axis, the rate of the first body's flight, and a count of ticks."""
 
 TERMS = 5 * CELLS
 """Rows of products of two: the coefficients of Q, F1, F2 and F3, 5, 4, 3 and 2 of them."""
 
-VALUE = TERMS + 14 * 2 * CELLS
+VALUE_ROW = TERMS + 14 * 2 * CELLS
 
-OTHER = VALUE + 2 * CELLS
+OTHER_ROW = VALUE_ROW + 2 * CELLS
 """Rows of products of two, in which a polynomial is computed."""
 
-MEMORY = OTHER + 2 * CELLS
+MEMORY = OTHER_ROW + 2 * CELLS
 
 
 @subroutine
@@ -83,14 +83,14 @@ def term(level: int, power: int) -> int:
 @subroutine
 def sign_at(m: Cells, first: int, end: int, level: int, count: int) -> int:
     """Return the sign of Q, or of its differences of a level, at a count of ticks."""
-    put_count(m, COUNT, count)
-    value = VALUE
-    other = OTHER
+    put_count(m, N_ROW, count)
+    value = VALUE_ROW
+    other = OTHER_ROW
     copy(m, value, term(level, 4 - level), first, end)
     sign = 0
     for power in range(3 - level, -1, -1):
         copy(m, other, term(level, power), first, end)
-        add_product(m, other, value, first, end - 3, COUNT, 0, 3)
+        add_product(m, other, value, first, end - 3, N_ROW, 0, 3)
         sign = carry(m, other, first, end, 1)
         value, other = other, value
     return sign
@@ -125,8 +125,8 @@ def add_differences(m: Cells, first: int, end: int, level: int) -> None:
 
 @subroutine
 def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> int:
-    """Return the first count in a window at which rule 5 holds, after Q has risen; else ``NONE`` if it has
-    risen by the end of the window, ``NONE_YET`` if not. It is fast if Q becomes negative near ``guess``."""
+    """Return the first count in a window at which rule 5 holds, after Q has risen; else ``NO_FALL`` if it has
+    risen by the window's end, ``NO_FALL_YET`` if not. It is fast if Q becomes negative near ``guess``."""
     levels = window.levels
     for level in range(1, larger(levels, 1) + 1):
         add_differences(m, first, end, level)
@@ -161,7 +161,7 @@ def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> in
             if sign_at(m, first, end, 0, start) < 0:
                 return int(start)
             return int(change_of(m, first, end, 0, start, stop, guess) - 1)
-    return NONE if risen else NONE_YET
+    return NO_FALL if risen else NO_FALL_YET
 
 
 @subroutine
@@ -203,12 +203,12 @@ def put_axis(
 @subroutine
 def add_axis(m: Cells, axis: Axis, power: int, first: int, end: int) -> None:
     """Add the square of a separation along an axis to Q; the count of elapsed ticks is in its row."""
-    put_axis(m, PLACE, RATE, BEND, FLOWN, COUNT, axis, power, first, end)
+    put_axis(m, D_ROW, U_ROW, H_ROW, V_ROW, N_ROW, axis, power, first, end)
     for i in range(3):
-        one = PLACE + i * CELLS
+        one = D_ROW + i * CELLS
         for j in range(i, 3):
             row = term(0, i + j)
-            add_product(m, row, one, first, end, PLACE + j * CELLS, first, end)
+            add_product(m, row, one, first, end, D_ROW + j * CELLS, first, end)
             carry(m, row, 2 * first, 2 * end, 1)
             if j == i:
                 for cell in range(first, end):
@@ -241,12 +241,12 @@ def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, way: int) 
     first, end = room_of_plans(plans, power, radius, radius2, CELLS, 0)
     if end == 0:
         return first, end
-    put(m, PLACE, radius, 0, 1)
-    put(m, PLACE, radius2, 0, 1)
-    carry(m, PLACE, first, end, 1)
-    add_product(m, term(0, 0), PLACE, first, end, PLACE, first, end)
+    put(m, D_ROW, radius, 0, 1)
+    put(m, D_ROW, radius2, 0, 1)
+    carry(m, D_ROW, first, end, 1)
+    add_product(m, term(0, 0), D_ROW, first, end, D_ROW, first, end)
     carry(m, term(0, 0), 2 * first, 2 * end, -1)
-    put_count(m, COUNT, plans.elapsed)
+    put_count(m, N_ROW, plans.elapsed)
     add_axis(m, plans.x, power, first, end)
     add_axis(m, plans.y, power, first, end)
     first *= 2
@@ -261,7 +261,7 @@ def touch_exactly(plans: Plans, radius: float, radius2: float, way: int, window:
     """Return what ``first_fall`` does of Q, or of -Q where ``way`` is -1."""
     m = zeros(MEMORY)
     first, end = read_plans(m, plans, radius, radius2, way)
-    return first_fall(m, first, end, window, guess) if end > 0 else NONE
+    return first_fall(m, first, end, window, guess) if end > 0 else NO_FALL
 
 
 @subroutine
@@ -308,7 +308,7 @@ def wall_exactly(
     """Return the first count of ticks at which rule 5 holds of the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
     first, end = read_gap(m, far, near, radius, slope, pull, tick)
-    found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NONE
+    found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NO_FALL
     return found if found >= 0 else NEVER
 
 

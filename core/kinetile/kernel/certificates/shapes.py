@@ -299,7 +299,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
     return OPEN
 
 
-class Course(NamedTuple):
+class Approach(NamedTuple):
     """How the second body moves, seen from the first, and where the row of their difference begins."""
 
     row: int
@@ -309,10 +309,10 @@ class Course(NamedTuple):
 
 
 @hook
-def course_of(row: int, plans: Plans) -> Course:
+def course_of(row: int, plans: Plans) -> Approach:
     """Return what the measures of two bodies are made of."""
     x, y = ways(plans)
-    return Course(row, plans, x, y)
+    return Approach(row, plans, x, y)
 
 
 @hook
@@ -330,7 +330,7 @@ def from_corner(f: Numbers, corner: int, plans: Plans) -> Plans:
 
 
 @subroutine
-def measured(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
+def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
     """Return a measure after a number of ticks, or its rate in the tick that begins there, or twice what it
     bends by, as ``order`` says; and how far that can be off."""
     vx = f[face + TX]
@@ -391,7 +391,7 @@ def measured(f: Numbers, w: Course, face: int, kind: int, order: int, count: int
 
 
 @hook
-def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
+def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
     """Return what ``measured`` does, in doubles."""
     vx = f[face + TX]
     vy = f[face + TY]
@@ -431,7 +431,7 @@ def roughly(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
 
 
 @subroutine
-def grain_of_measure(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> float:
+def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> float:
     """Return a power of two of which a measure is a multiple after a number of ticks, or its rate without
     accelerations; or 0."""
     wide = kind == GAP and f[w.row + RADIUS] > 0.0
@@ -454,7 +454,7 @@ def grain_of_measure(f: Numbers, w: Course, face: int, kind: int, order: int, co
 
 
 @subroutine
-def sign_of(f: Numbers, w: Course, face: int, kind: int, order: int, count: int) -> int:
+def sign_of(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> int:
     """Return the sign of a measure, of its rate or of its bend, exactly."""
     value, error = roughly(f, w, face, kind, order, count)
     if not abs(value) > error:
@@ -467,7 +467,7 @@ def sign_of(f: Numbers, w: Course, face: int, kind: int, order: int, count: int)
 
 
 @subroutine
-def guess_of(f: Numbers, w: Course, face: int, kind: int, order: int, way: int) -> int:
+def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, way: int) -> int:
     """Return about after how many ticks a measure, times ``way``, falls below 0, or its rate changes sign."""
     first, _ = roughly(f, w, face, kind, VALUE, 0)
     rate, _ = roughly(f, w, face, kind, RATE, 0)
@@ -485,7 +485,7 @@ def guess_of(f: Numbers, w: Course, face: int, kind: int, order: int, way: int) 
 
 @subroutine
 def first_with(
-    f: Numbers, w: Course, face: int, kind: int, order: int, way: int, closed: int, low: int, high: int
+    f: Numbers, w: Approach, face: int, kind: int, order: int, way: int, closed: int, low: int, high: int
 ) -> int:
     """Return the first count after ``low`` at which a measure or its rate, times ``way``, is below 0, or at
     most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
@@ -498,7 +498,7 @@ def first_with(
 
 
 @subroutine
-def next_below(f: Numbers, w: Course, face: int, kind: int, way: int, closed: int, start: int) -> int:
+def next_below(f: Numbers, w: Approach, face: int, kind: int, way: int, closed: int, start: int) -> int:
     """Return the first count from ``start`` on at which a measure, times ``way``, is below 0, or at most 0 if
     ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
@@ -517,7 +517,7 @@ def next_below(f: Numbers, w: Course, face: int, kind: int, way: int, closed: in
 
 
 @subroutine
-def next_falling(f: Numbers, w: Course, face: int, kind: int, way: int, start: int) -> int:
+def next_falling(f: Numbers, w: Approach, face: int, kind: int, way: int, start: int) -> int:
     """Return the first count from ``start`` on at which the rate of a measure, times ``way``, is below 0;
     ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
@@ -530,7 +530,7 @@ def next_falling(f: Numbers, w: Course, face: int, kind: int, way: int, start: i
 
 
 @subroutine
-def first_inside(f: Numbers, w: Course, kind: int, start: int) -> int:
+def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is inside the lines of all faces."""
     count = int(f[w.row + COUNT])
     here = start
@@ -547,7 +547,7 @@ def first_inside(f: Numbers, w: Course, kind: int, start: int) -> int:
 
 
 @subroutine
-def first_outside(f: Numbers, w: Course, kind: int, closed: int, start: int) -> int:
+def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is outside a line, or on it if ``closed``."""
     found = NEVER
     for k in range(int(f[w.row + COUNT])):
@@ -557,7 +557,7 @@ def first_outside(f: Numbers, w: Course, kind: int, closed: int, start: int) -> 
 
 
 @subroutine
-def is_inside(f: Numbers, w: Course, count: int) -> bool:
+def is_inside(f: Numbers, w: Approach, count: int) -> bool:
     """Whether a place is within the lines of all faces, moved out by R, after a number of ticks."""
     for face in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
         if sign_of(f, w, face, GAP, VALUE, count) >= 0:
@@ -690,7 +690,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
 
 
 @subroutine
-def farther(f: Numbers, w: Course, face: int, other: int, count: int) -> int:
+def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
     """Return the sign of how much farther a place is out of the line of a face than of that of another one,
     after a number of ticks."""
     t, rest = time_of(count, w.plans.tick)
@@ -704,7 +704,7 @@ def farther(f: Numbers, w: Course, face: int, other: int, count: int) -> int:
 
 
 @subroutine
-def nearest_face(f: Numbers, w: Course, count: int) -> int:
+def nearest_face(f: Numbers, w: Approach, count: int) -> int:
     """Return a face whose line a place is farthest out of, or least deep in, after a number of ticks."""
     found = w.row + HEAD
     for face in range(found + WIDE, found + int(f[w.row + COUNT]) * WIDE, WIDE):
@@ -714,7 +714,7 @@ def nearest_face(f: Numbers, w: Course, count: int) -> int:
 
 
 @subroutine
-def first_nearer(f: Numbers, w: Course, start: int) -> int:
+def first_nearer(f: Numbers, w: Approach, start: int) -> int:
     """Return the first tick from ``start`` on in which a place falls towards each of the faces that it is
     nearest to at ``start``."""
     nearest = nearest_face(f, w, start)
@@ -733,7 +733,7 @@ def first_nearer(f: Numbers, w: Course, start: int) -> int:
 
 
 @subroutine
-def is_over(f: Numbers, w: Course, face: int, count: int) -> bool:
+def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
     """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
     if sign_of(f, w, face, LINE, VALUE, count) < 0 or sign_of(f, w, face, ALONG, VALUE, count) < 0:
         return False
@@ -741,7 +741,7 @@ def is_over(f: Numbers, w: Course, face: int, count: int) -> bool:
 
 
 @subroutine
-def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
+def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is between the two faces at a corner."""
     first = w.row + HEAD
     before = corner - WIDE if corner > first else first + (int(f[w.row + COUNT]) - 1) * WIDE
@@ -754,7 +754,7 @@ def first_beside(f: Numbers, w: Course, corner: int, start: int) -> int:
 
 
 @subroutine
-def across_corner(f: Numbers, w: Course, corner: int, kind: int, turn: int, start: int) -> int:
+def across_corner(f: Numbers, w: Approach, corner: int, kind: int, turn: int, start: int) -> int:
     """Return the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule 5
     holds of the disc around it, of the margin that ``kind`` has; or if ``turn`` is -1, of its outside."""
     own = from_corner(f, corner, w.plans)
@@ -773,7 +773,7 @@ def across_corner(f: Numbers, w: Course, corner: int, kind: int, turn: int, star
 
 
 @subroutine
-def across_face(f: Numbers, w: Course, face: int, kind: int, turn: int, over: int, start: int) -> int:
+def across_face(f: Numbers, w: Approach, face: int, kind: int, turn: int, over: int, start: int) -> int:
     """Return the first tick from ``start`` on at whose end a place is within a margin, ``kind``, of the line
     of a face, and in which it comes nearer; or if ``turn`` is -1, is beyond that and goes away. If ``over``
     is 1, at whose end it is over the face."""
@@ -792,7 +792,7 @@ def across_face(f: Numbers, w: Course, face: int, kind: int, turn: int, over: in
 
 
 @subroutine
-def across_any(f: Numbers, w: Course, kind: int, turn: int, start: int) -> int:
+def across_any(f: Numbers, w: Approach, kind: int, turn: int, start: int) -> int:
     """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
     a corner that is nearest at its end, or is farther, as ``turn`` says."""
     found = NEVER
@@ -803,7 +803,7 @@ def across_any(f: Numbers, w: Course, kind: int, turn: int, start: int) -> int:
 
 
 @subroutine
-def counts_after(f: Numbers, w: Course) -> int:
+def counts_after(f: Numbers, w: Approach) -> int:
     """Return from which tick on two that have just met may meet again (rule 7s)."""
     first = w.row + HEAD
     count = int(f[w.row + COUNT])
@@ -834,7 +834,7 @@ def counts_after(f: Numbers, w: Course) -> int:
 
 
 @subroutine
-def first_visit(f: Numbers, w: Course, start: int) -> int:
+def first_visit(f: Numbers, w: Approach, start: int) -> int:
     """Return the tick of contact where there is no margin, from ``start`` on."""
     here = start
     while True:
@@ -854,7 +854,7 @@ def first_visit(f: Numbers, w: Course, start: int) -> int:
 
 
 @subroutine
-def first_within(f: Numbers, w: Course, kind: int, start: int) -> int:
+def first_within(f: Numbers, w: Approach, kind: int, start: int) -> int:
     """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of M."""
     found = across_any(f, w, kind, 1, start)
     if f[w.row + COUNT] > 2.0:
@@ -867,7 +867,7 @@ def first_within(f: Numbers, w: Course, kind: int, start: int) -> int:
 
 
 @subroutine
-def first_touch(f: Numbers, w: Course, start: int) -> int:
+def first_touch(f: Numbers, w: Approach, start: int) -> int:
     """Return the tick of contact where there is a margin, from ``start`` on."""
     here = start
     while True:

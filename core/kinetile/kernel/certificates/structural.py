@@ -49,7 +49,7 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
         entry.own = tick
         k.counts[0].updated += 1
         # A body that is filed under something else, and earlier than both, stays where it is.
-        if body != k.clock[0].hand and entry.key >= smaller(before, tick):
+        if body != k.clock[0].at_work and entry.key >= smaller(before, tick):
             to_be_settled(k, body, NOBODY)
 
 
@@ -122,7 +122,7 @@ PARTS = (0.5, 0.0625, 0.0)
 """Where the intervals begin that ``first_rise`` looks at, by its scale, the last one first: each ends where
 the one before begins, and the first of them at ``LATEST``."""
 
-STEPS = 3
+NEWTON_STEPS = 3
 """Steps of ``first_rise`` after that. More of them find later ticks, and cost more."""
 
 
@@ -198,7 +198,7 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
         until = begin
     length = length * depth / rise
     t = t + length
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         m, h1, h2, h3 = seen_from(t, g0, g1, g2, g3, g4)
         rise = steepest(length, h1, h2, h3, g4)
         length = length * m / choose(rise > m, rise, m)

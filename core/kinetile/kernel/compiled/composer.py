@@ -44,7 +44,7 @@ NOTHING_IS_COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 WORTH = 1.0
 """CPU seconds that a composed function has taken as Python when it is compiled."""
 
-FEW = 1_100
+FEW_BODIES = 1_100
 """The number of bodies up to which it runs as Python first. To build the structure of so many takes up to 6
 CPU seconds (``naive``; ``cells`` .2), which grow with their square, and the compiler 9."""
 
@@ -277,7 +277,7 @@ class _Composed:
 
 def _is_small(given: Any) -> bool:
     clock = getattr(given.tables, "clock", None) if type(given) is Packed else None
-    return clock is None or int(clock["present"][0]) <= FEW
+    return clock is None or int(clock["present"][0]) <= FEW_BODIES
 
 
 def _as_taken(given: Any) -> Any:
@@ -367,9 +367,9 @@ def is_cached(function: Callable[..., Any]) -> bool | None:
     return suffixes == {".nbi", ".nbc"} and all(f.is_file() and is_whole(f) for f in files)
 
 
-PLACE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')
+FILE_AND_LINE = re.compile(r'^File "(?P<file>.*)", line (?P<line>\d+):$')
 STEP = re.compile(r"^(Failed in nopython mode pipeline|During: |<source elided>|\s*\^)")
-PLAIN = re.compile(r"Untyped global name '(?P<name>\w+)': .* type of <class 'function'>")
+UNTYPED_NAME = re.compile(r"Untyped global name '(?P<name>\w+)': .* type of <class 'function'>")
 RECORD = re.compile(r"Record\([^)]*\)")
 
 
@@ -403,17 +403,17 @@ def _place(error: Exception) -> str:
 def brief(message: str) -> str:
     """Returns what is wrong, where, and in which line of code; the message itself where it has no place."""
     lines = message.strip().splitlines()
-    places = [at for at, line in enumerate(lines) if PLACE.match(line)]
+    places = [at for at, line in enumerate(lines) if FILE_AND_LINE.match(line)]
     if not places:
         return RECORD.sub("records", message)
     text = " ".join(line.strip() for line in lines[: places[0]] if line.strip() and not STEP.match(line))
-    plain = PLAIN.search(text)
+    plain = UNTYPED_NAME.search(text)
     if plain is not None:
         text = f"{plain['name']} is a plain function, and hooks call only hooks: mark it with toolbox.hook"
     if "Cannot modify readonly array" in text:
         text = "a hook changes an array of its module, which is a constant for it: only state can change"
     text = printable(text.partition(" There are ")[0], 250)
-    file, number = PLACE.findall(lines[places[0]])[0]
+    file, number = FILE_AND_LINE.findall(lines[places[0]])[0]
     return f"{RECORD.sub('records', text)} ({file}, line {number}){_code(lines[places[0] + 1 :])}"
 
 

@@ -80,20 +80,20 @@ class _Found:
                 self.code(constant, names)
             else:
                 self.digest.update(repr(constant).encode())
-        rooms: list[ModuleType] = []
+        modules: list[ModuleType] = []
         # Where pytest has rewritten an assertion, names with "@" lead to objects of its own.
         own = [name for name in block.co_names if not name.startswith("@")]
         for name in own:  # in the order of the code: package, module in it, function in that
-            for value in (names.get(name), *(getattr(room, name, None) for room in rooms)):
-                if isinstance(value, ModuleType) and value not in rooms and not _foreign(value):
-                    rooms.append(value)
+            for value in (names.get(name), *(getattr(module, name, None) for module in modules)):
+                if isinstance(value, ModuleType) and value not in modules and not _foreign(value):
+                    modules.append(value)
         for name in own:
             self.digest.update(name.encode())
             if name in names:
                 self.visit(names[name])
-            for room in rooms:
-                if hasattr(room, name):
-                    self.visit(getattr(room, name))
+            for module in modules:
+                if hasattr(module, name):
+                    self.visit(getattr(module, name))
 
 
 def _options() -> list[tuple[str, str]]:

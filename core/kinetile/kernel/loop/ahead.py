@@ -5,8 +5,8 @@ dozens of times, because each address is read from what the one before it names:
 the calendar says which bodies come next. A *scout* goes over its slices, some dozens of them before the head,
 whenever the head does so. What it finds, all bodies of the slice and the partner that each awaits, is worked
 on in stages, a few bodies apart: what one stage has prefetched, the next one reads. No answer depends on any
-of it. In a small scene this costs more than it saves, so it is composed only from ``LARGE`` bodies on. Below
-that the two bodies of the contact at the head are prefetched, when its exact tick is computed.
+of it. In a small scene this costs more than it saves, so it is composed only from ``LARGE_SCENE`` bodies on.
+Below that the two bodies of the contact at the head are prefetched, when its exact tick is computed.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ from kinetile.kernel.loop.calendar import next_marked, ring_of
 from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
 
-LARGE = 1 << 13
+LARGE_SCENE = 1 << 13
 """Bodies from which on it pays (docs/which-broad-phase.md)."""
 
 LEAD, AFAR = 48, 128

@@ -98,7 +98,7 @@ def log_is_full(k: Kernel, rows: int) -> bool:
     return bool(room < rows or (lists.rows > 0 and lists.rows - lists.written < rows))
 
 
-ANY, SOME, ENDS = 1, 2, 4
+ANY_BEGIN, SOME, ENDS = 1, 2, 4
 """Flags of ``k.watch``: a body is watched at every contact; it is in a pair of ``k.watched``; the ends of its
 passings are watched, too. In ``k.watched_kinds`` ANY is a contact that begins, and ENDS the end of a passing;
 a wall has one flag for each side, from the left one on."""
@@ -110,7 +110,7 @@ def flag_of(first: int, second: int) -> int:
     body first."""
     if second < 0:
         return int(1 << (LEFT - second))
-    return ANY if first < second else ENDS
+    return ANY_BEGIN if first < second else ENDS
 
 
 @hook
@@ -131,7 +131,7 @@ def is_watched(k: Kernel, a: int, b: int) -> bool:
             return False
     else:
         two = NOBODY
-    if (either & ANY) != 0:
+    if (either & ANY_BEGIN) != 0:
         return True
     if (both & SOME) != 0:
         for at in range(len(k.watched)):

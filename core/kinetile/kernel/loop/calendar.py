@@ -21,10 +21,10 @@ from kinetile.kernel.tables import (
     NEVER,
     NOBODY,
     NOT_ASKED,
-    OUT,
     PAIR,
     PARTING,
     STRUCTURAL,
+    TAKEN_OUT,
     WALL,
     Kernel,
 )
@@ -121,7 +121,7 @@ def move(k: Kernel, body: int, key: int) -> None:
     """File a body under another tick; ``NEVER`` takes it out of the calendar. O(1)."""
     entry = k.queue[body]
     before = entry.key
-    if before < OUT:
+    if before < TAKEN_OUT:
         _take_out(k, body)
     entry.key = key
     counts = k.counts[0]
@@ -139,9 +139,9 @@ def forget(k: Kernel, h: int) -> None:
     """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing, and is
     out of the calendar until it is settled; but it counts as queued all the while."""
     entry = k.queue[h]
-    if entry.key < OUT:
+    if entry.key < TAKEN_OUT:
         _take_out(k, h)
-        entry.key = OUT
+        entry.key = TAKEN_OUT
     entry.tick = NEVER
     entry.guard = NEVER
     entry.partner = NOBODY

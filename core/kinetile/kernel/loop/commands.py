@@ -497,7 +497,7 @@ def take_out(k: Kernel, s: Any, command: Records) -> None:
         k.counts[0].removed += 1
     else:
         take_on(k, command)
-    k.clock[0].hand = body
+    k.clock[0].at_work = body
     leave(k, s, body)
     remove_body(k, body)
     if command.code == REMOVED:
@@ -515,7 +515,7 @@ def bring_in(k: Kernel, s: Any, command: Records) -> int:
     else:
         k.counts[0].turns += 1
         free_from(k, body, command.tick)
-    k.clock[0].hand = body
+    k.clock[0].at_work = body
     enter(k, s, body)
     begin_with_all(k, body, command.tick)
     return body

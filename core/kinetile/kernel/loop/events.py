@@ -57,7 +57,7 @@ from kinetile.kernel.tables import (
 
 repair = collide = reach_wall = bounce = to_be_filled_in
 
-NOTHING, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
+NO_TASK, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
 """Tasks that a step leaves to ``restore``, for one body or two:
 
 ``REFILE``: newcomers near it are still to be looked at, if any, and it is to be filed by what it awaits now;
@@ -84,7 +84,7 @@ def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
     if jam.spins > jam.spin_limit:
         blame(k, STALLED, h, NOBODY)
     k.counts[0].structural += 1
-    clock.hand = h
+    clock.at_work = h
     count = repair(k, s, h)
     k.counts[0].newcomers += count
     return int(count)
@@ -101,7 +101,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     if PASSINGS or RESTING:
         reason = must_wait(k, command)
         if reason != NO_REASON:
-            return reason, NOTHING, NOBODY
+            return reason, NO_TASK, NOBODY
     task = REPLAN
     blocker = FREE
     if (command.code == INSERTED and command.fits == 0) or command.code == MOVED:
@@ -112,10 +112,10 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
         clock.fault.a = command.body
         clock.fault.b = blocker
         clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
-        return BLOCKED, NOTHING, NOBODY
+        return BLOCKED, NO_TASK, NOBODY
     if command.code == INSERTED or command.code == REMOVED or command.code == MOVED:
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
-            return COMMAND_DUE, NOTHING, NOBODY
+            return COMMAND_DUE, NO_TASK, NOBODY
         task = REFRESH  # enter and leave have told the structure
     clock.now = larger(clock.now, at)
     return NO_REASON, task, carry_out(k, s)
@@ -126,7 +126,7 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
     """Anchor the next plan that has grown old by this beat; return the task and the body, or NOBODY."""
     body = next_to_anchor(k)
     if body < 0:
-        return NOTHING, NOBODY
+        return NO_TASK, NOBODY
     k.clock[0].now = larger(k.clock[0].now, at)
     anchor(k, body, at)
     k.bodies[body].last = NOBODY
@@ -184,14 +184,14 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     clock = k.clock[0]
     if at < clock.now:
         blame(k, LATE_CONTACT, h, NOBODY)
-        return NOTHING
+        return NO_TASK
     clock.now = at
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
     depth = answer_wall(k, h, wall, at) if RULES or ACCELERATIONS else bounce(k, body, wall)
     if FOREIGN and clock.fault.code != 0:
-        return NOTHING
+        return NO_TASK
     body.last = NOBODY
     k.counts[0].contacts_wall += 1
     changed = take_hold(k, h)
@@ -237,10 +237,10 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     b = h + k.queue[h].partner - a
     if at < clock.now:
         blame(k, LATE_CONTACT, a, b)
-        return NO_REASON, NOTHING, NOBODY, NOBODY
+        return NO_REASON, NO_TASK, NOBODY, NOBODY
     if PASSINGS and passes(k, a, b):
         if crowded(k, 1):
-            return CROWDED, NOTHING, NOBODY, NOBODY
+            return CROWDED, NO_TASK, NOBODY, NOBODY
         clock.now = at
         begin_passing(k, a, b, at, k.images[h].m if PERIODIC else 0, k.images[h].n if PERIODIC else 0)
         return NO_REASON, REFRESH, a, b
@@ -252,12 +252,12 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     come_together(k, a, b, h)
     depth = answer(k, a, b, at) if RULES or MIXED else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
-        return NO_REASON, NOTHING, NOBODY, NOBODY
+        return NO_REASON, NO_TASK, NOBODY, NOBODY
     if depth != depth:  # not a number: two centres on one place, and no line between them
         blame(k, NOT_FINITE, a, b)
         put_back(k, a)
         put_back(k, b)
-        return NO_REASON, NOTHING, NOBODY, NOBODY
+        return NO_REASON, NO_TASK, NOBODY, NOBODY
     one.last = b
     two.last = a
     k.counts[0].contacts_disc += 1

@@ -69,7 +69,7 @@ from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_may_be_before
 from kinetile.kernel.loop.commands import free, may_come, met_at
 from kinetile.kernel.loop.events import (
-    NOTHING,
+    NO_TASK,
     REFILE,
     REFRESH,
     REFRESH_ALL,
@@ -89,13 +89,13 @@ from kinetile.kernel.loop.responses import crowded, find_leave
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     CHORD,
+    COMMANDED,
     GUESS,
     NEVER,
     NOBODY,
     PAIR,
     PARTING,
     STRUCTURAL,
-    TURN,
     WALL,
     Kernel,
     elder,
@@ -124,7 +124,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
     at = clock.now  # the tick of the head: no contact can be before it
     seen = scout = clock.calendar.slice
     turn = 0  # of the scout
-    task, a, b, newcomers = NOTHING, NOBODY, NOBODY, 0
+    task, a, b, newcomers = NO_TASK, NOBODY, NOBODY, 0
 
     while True:
         restore(k, s, task, a, b, newcomers, at)
@@ -143,10 +143,10 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
         if abs(at - clock.origin) > clock.limits.span:
             note_origin(k, at)
 
-        task, a, b, newcomers = NOTHING, h, NOBODY, 0
+        task, a, b, newcomers = NO_TASK, h, NOBODY, 0
         if PAIRS and (kind == GUESS or kind == PAIR):  # noqa: SIM109 - compared without making a tuple
             task, at = resolve(k, s, h, kind, at, until, budget)
-            if task != NOTHING:
+            if task != NO_TASK:
                 continue
         if budget <= 0:
             note_next(k, h, kind, at)
@@ -174,9 +174,9 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
         return reason, REPLAN if MIXED and BOUNDS else RELAY, a, b, 0
     if log_is_full(k, 3 if RESTING else 1):
         return LOG_FULL, task, a, b, 0
-    if PERIODIC and kind == BEAT:
+    if PERIODIC and kind == BEAT_DUE:
         task, a = anchor_next(k, at)
-    elif COMMANDS and kind == TURN:
+    elif COMMANDS and kind == COMMANDED:
         reason, task, a = run_command(k, s, at)
     elif holds_back(k, h, kind, at):
         pass
@@ -211,7 +211,7 @@ def start(k: Kernel, s: Any) -> None:
     clock = k.clock[0]
     clock.built = 1
     note_origin(k, clock.now)
-    clock.hand = NOBODY
+    clock.at_work = NOBODY
     build(k, s)
     clock.lists.offered = len(k.offers) + 1
 
@@ -235,7 +235,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
     may set the certificate of the first again, which would then be moved in the calendar twice.
     """
     body = waiting = NOBODY
-    if task == NOTHING:
+    if task == NO_TASK:
         a = NOBODY
     while True:
         if a < 0:
@@ -280,7 +280,7 @@ def next_task(k: Kernel) -> tuple[int, int, int]:
         lists.offered = 0
         return REFRESH_ALL, 0 if clock.bodies > 0 else NOBODY, 0
     if lists.offered == 0:
-        return NOTHING, NOBODY, 0
+        return NO_TASK, NOBODY, 0
     lists.offered -= 1
     offer = k.offers[lists.offered]
     if offer.b < 0:
@@ -303,7 +303,7 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
         k.counts[0].asks += 1
         count = near(k, s, body)
     if task == REPLAN or (ACCELERATIONS and task == RELAY):
-        k.clock[0].hand = body
+        k.clock[0].at_work = body
         replan(k, s, body)
     return count
 
@@ -331,7 +331,7 @@ def must_return(k: Kernel, contacts: int) -> int:
     return NO_REASON
 
 
-BEAT = -1
+BEAT_DUE = -1
 """What comes next where a plan has grown old (``kernel.images``): no kind of an entry."""
 
 
@@ -348,16 +348,16 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
     if COMMANDS and lists.command < lists.commands:
         tick = k.commands[lists.command].tick
         if tick < at or (tick == at and kind >= WALL and may_come(k)):
-            kind = TURN
+            kind = COMMANDED
             at = tick
     if PERIODIC:
         beat = k.clock[0].torus.beat
         if beat < at or (beat == at and kind != STRUCTURAL):
-            return h, BEAT, beat
+            return h, BEAT_DUE, beat
     return h, kind, at
 
 
-PASSES = 6
+PASSING_BEGINS = 6
 """The kind of a contact at which two bodies begin to pass through each other: as ``PAIR`` in an entry."""
 
 
@@ -368,7 +368,7 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
     coming.tick = at
     coming.kind = kind
     coming.b = NOBODY
-    if COMMANDS and kind == TURN:
+    if COMMANDS and kind == COMMANDED:
         command = k.commands[k.clock[0].lists.command]
         coming.kind = command.code
         coming.a = command.body
@@ -383,7 +383,7 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
         if kind >= PAIR:
             coming.b = k.queue[other].number
         if PASSINGS and kind == PAIR and passes(k, h, other):
-            coming.kind = PASSES
+            coming.kind = PASSING_BEGINS
 
 
 @template
@@ -409,7 +409,7 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     if entry.seen != k.stamps[other]:
         return REFRESH, at
     if kind != GUESS:
-        return NOTHING, at
+        return NO_TASK, at
     k.counts[0].exact += 1
     first = elder(k, h, other)
     k.clock[0].about = entry.tick
@@ -422,7 +422,7 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     entry.tick = tick
     entry.exact = 1
     if comes_next(k, h, other, tick, until, budget):
-        return NOTHING, tick  # most contacts: they need not be filed to be at the head again at once
+        return NO_TASK, tick  # most contacts: they need not be filed to be at the head again at once
     return REFILE, at
 
 

@@ -43,7 +43,7 @@ from kinetile.kernel.passings import passes
 from kinetile.kernel.rest import is_held_by
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, elder
 
-FAR = 2.0**62 + 2.0**20
+LEFT_OUT = 2.0**62 + 2.0**20
 """Ticks. A contact further away is left out: both bodies are anchored again before it."""
 
 MARGIN = 1 << 12
@@ -70,8 +70,8 @@ def left_out(k: Kernel, h: int) -> int:
 @template
 def not_before(at: int, ticks: float) -> int:
     """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
-    near_enough = ticks < FAR
-    tick = at + larger(int(ticks if near_enough else FAR) - MARGIN, 0)
+    near_enough = ticks < LEFT_OUT
+    tick = at + larger(int(ticks if near_enough else LEFT_OUT) - MARGIN, 0)
     return tick if near_enough else NEVER
 
 

@@ -36,7 +36,7 @@ Rows = npt.NDArray[np.void]
 
 _NAMES: tuple[str, ...] = COMMAND.names or ()
 
-ROWS = np.dtype((np.record, COMMAND))
+COMMAND_ROWS = np.dtype((np.record, COMMAND))
 """Rows whose fields are attributes too, as hooks read them in Python."""
 
 PACKED = Struct("=" + "".join({"i4": "i", "i8": "q", "f8": "d"}[COMMAND[name].str[1:]] for name in _NAMES))
@@ -287,7 +287,7 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
 
 def anchor_again(tables: Tables, bodies: npt.NDArray[Any]) -> None:
     """Adds re-anchorings of bodies, at the first tick of a span whose commands are loaded."""
-    rows = np.zeros(len(bodies), ROWS)
+    rows = np.zeros(len(bodies), COMMAND_ROWS)
     rows["body"], rows["code"] = bodies, REANCHORED
     to_the_front(tables, rows)
 

@@ -68,16 +68,16 @@ from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout
 from kinetile.run.engine.bounds import MOST_FLOWN, Bounds
 from kinetile.run.engine.commands import (
-    ROWS,
+    COMMAND_ROWS,
     Agenda,
     Command,
     Rows,
     to_the_front,
 )
-from kinetile.run.engine.contacts import Ledger
 from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.fields import Tables, all_ticks
-from kinetile.run.engine.meanwhile import NONE, compile_meanwhile
+from kinetile.run.engine.ledger import Ledger
+from kinetile.run.engine.meanwhile import NO_PROCESS, compile_meanwhile
 from kinetile.run.engine.state import RunState, numbers_of
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.prepared import widened
@@ -217,7 +217,9 @@ class Engine(Tables):
         loop = self.loop
         may_start = loop.meanwhile is None and self._wanted is None and not (wholly or loop.stays)
         if may_start and loop.spent > UNNOTICED and not is_cached(loop) and loop.meanwhile is None:
-            loop.meanwhile = NONE  # so that another thread, which may have looked meanwhile, starts none
+            loop.meanwhile = (
+                NO_PROCESS  # so that another thread, which may have looked meanwhile, starts none
+            )
             loop.meanwhile = compile_meanwhile(loop, self.composition, self.commands)
         as_python = NOTHING_IS_COMPILED or (not wholly and self.begins_as_python)
         if self.is_ready and as_python:
@@ -256,7 +258,7 @@ class Engine(Tables):
         with Interruptible():
             if self.commands == Commands.ALL:  # first: a run goes over when its loop is on the disk
                 found = np.zeros(0, dtype=np.int64)
-                make_ready(self.composition.find_room, self.packed[0], np.zeros(0, ROWS), found)
+                make_ready(self.composition.find_room, self.packed[0], np.zeros(0, COMMAND_ROWS), found)
             make_ready(self.loop, *self.packed, 0, 0, 0, 0)
 
     def chunk(self, until: int, contacts: int, most: int = UNLIMITED, quota: int = UNLIMITED) -> int:

@@ -25,7 +25,7 @@ from kinetile.kernel.tables import Kernel
 from kinetile.plugin.calling import described
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import nearest_image
-from kinetile.scene.checks import WALL
+from kinetile.scene.checks import WALL_KIND
 
 _OF_SLOTS = (
     *(tables.LATE_CONTACT, tables.TOO_DEEP, *tables.JAMS, tables.STALLED, tables.NOT_FINITE),
@@ -98,7 +98,7 @@ def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[
     scene, bodies = composition.prepared, np.array([slot for slot in slots if slot >= 0])
     kinds, at_wall = k.traits.view(np.ndarray)["kind"][bodies].tolist(), slots[1] < 0
     response = scene.meets[kinds[0]][-1 if at_wall else kinds[1]]
-    met = " and ".join(repr(each) for each in [*(scene.kinds[kind] for kind in kinds), WALL][:2])
+    met = " and ".join(repr(each) for each in [*(scene.kinds[kind] for kind in kinds), WALL_KIND][:2])
     made = velocities_after(Plan.of(k.places.view(np.ndarray)[bodies]), 0.0)
     was = velocities_after(*plans_now(k, bodies))
     does = f"lets {named} go on towards each other"

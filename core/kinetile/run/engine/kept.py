@@ -13,8 +13,8 @@ import numpy.typing as npt
 from kinetile.run.engine import layout
 from kinetile.run.engine.bounds import NO_SKIN
 from kinetile.run.engine.commands import Agenda, Planned
-from kinetile.run.engine.contacts import Entries
 from kinetile.run.engine.engine import Engine
+from kinetile.run.engine.ledger import Entries
 from kinetile.run.engine.state import USED, RunState, contents_of
 from kinetile.run.interrupts import Unbroken
 

@@ -41,7 +41,7 @@ from kinetile.run.compose import Composition
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.fields import Fields
 from kinetile.run.engine.state import Contents, contents_of
-from kinetile.run.prepared import LEAST, present_scene
+from kinetile.run.prepared import LEAST_SLOTS, present_scene
 from kinetile.scene import Scene
 from kinetile.toolbox.reach import margin_of
 
@@ -203,7 +203,7 @@ def renewed(
     many slots if they are all taken, or if ``roomy``. Raises Refused if a phase does not accept that."""
     contents, slots = contents_of(k), len(k.bodies)
     needed = len(contents.plans) + (0 if coming is None else len(coming))
-    capacity = max(2 * slots, needed, LEAST) if roomy or needed > slots else slots
+    capacity = max(2 * slots, needed, LEAST_SLOTS) if roomy or needed > slots else slots
     present = present_scene(contents.plans, contents.clock["now"], scene, capacity, coming)
     new = _renewed(k, contents, scene, composition.prepared_for(present))
     if coming is not None:  # all before it has happened: where a run has stopped does not count

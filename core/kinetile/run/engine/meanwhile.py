@@ -37,7 +37,7 @@ class Meanwhile:
         return False
 
 
-NONE = Meanwhile(0)
+NO_PROCESS = Meanwhile(0)
 """Stands for no process, and for one that has ended."""
 
 
@@ -47,7 +47,7 @@ def compile_meanwhile(loop: Any, of: Composition, commands: Commands) -> Meanwhi
     worker = multiprocessing.parent_process() is not None or os.getpid() != _PROCESS
     able = hasattr(os, "posix_spawn") and sys.executable and not getattr(sys, "frozen", False)
     if worker or not able or _processors() < 2 or loop.made.stats.cache_path is None or problem():
-        return NONE
+        return NO_PROCESS
     prepared = type(of.prepared), vars(of.prepared)  # by itself it would be the scene of the start
     wanted = prepared, of.broad_phase, of.narrow_phases, of.options, commands
     with suppress(Exception), tempfile.TemporaryFile() as file:  # a scene may hold what cannot be pickled
@@ -59,7 +59,7 @@ def compile_meanwhile(loop: Any, of: Composition, commands: Commands) -> Meanwhi
         command = [sys.executable, "-c", "from kinetile.run.compile_loop import main; main()"]
         environment = {**os.environ, "PYTHONPATH": paths}
         return Meanwhile(os.posix_spawn(command[0], command, environment, file_actions=[*actions, *quiet]))
-    return NONE
+    return NO_PROCESS
 
 
 def _processors() -> int:

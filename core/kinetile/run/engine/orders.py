@@ -19,7 +19,7 @@ from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
 from kinetile.kernel.loop.commands import FREE
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
-from kinetile.run.engine.commands import PACKED, ROWS, STILL, Rows, squares_of
+from kinetile.run.engine.commands import COMMAND_ROWS, PACKED, STILL, Rows, squares_of
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.failures import blocked
 from kinetile.run.engine.kept import unchanged_if
@@ -33,7 +33,7 @@ def command_rows(
     """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and mass as
     in ``STILL``; the caller fills in the others of several, and other effects."""
     row = PACKED.pack(engine.now, *disc, body, code, engine.met_now, 0.0, 0.0, 0, 0, 0, 0, 0.0)
-    return np.frombuffer(bytearray(row * many), ROWS)
+    return np.frombuffer(bytearray(row * many), COMMAND_ROWS)
 
 
 def carry_out(engine: Engine, code: int, rows: Rows, scene: Scene | None = None) -> None:

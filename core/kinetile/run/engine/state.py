@@ -11,11 +11,20 @@ import numpy.typing as npt
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
-from kinetile.kernel.tables import NEVER, NOBODY, ROWS, THEMSELVES, Kernel, begun, copy_carried, slots_taken
+from kinetile.kernel.tables import (
+    CARRIED_ROWS,
+    NEVER,
+    NOBODY,
+    THEMSELVES,
+    Kernel,
+    begun,
+    copy_carried,
+    slots_taken,
+)
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.commands import History, Planned, Rows, planned, waiting
-from kinetile.run.engine.contacts import Entries
+from kinetile.run.engine.ledger import Entries
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images, whole_periods
 from kinetile.scene.shapes import Shape
@@ -36,7 +45,7 @@ class Contents(NamedTuple):
 def contents_of(k: Kernel) -> Contents:
     """Returns the contents of tables, as copies."""
     taken, number = slots_taken(k), np.append(k.queue.view(np.ndarray)["number"], THEMSELVES)
-    plans, clock = begun(np.zeros(len(taken), ROWS["plans"])), np.zeros(1, ROWS["clock"])
+    plans, clock = begun(np.zeros(len(taken), CARRIED_ROWS["plans"])), np.zeros(1, CARRIED_ROWS["clock"])
     plans["mass"] = k.mass[taken]
     for table in (k.queue, k.bodies, k.traits, k.images):
         if len(table):
@@ -51,7 +60,7 @@ def passings_of(k: Kernel) -> npt.NDArray[Any]:
     """Returns the passings now, by the numbers of their bodies, in their order."""
     live = k.passings.view(np.ndarray)
     live = live[live["a"] >= 0]
-    passings = np.zeros(len(live), ROWS["passings"])
+    passings = np.zeros(len(live), CARRIED_ROWS["passings"])
     copy_carried(live, passings, np.append(k.queue.view(np.ndarray)["number"], THEMSELVES))
     passings.sort(order=("a", "b", "m", "n"))
     return passings
@@ -59,7 +68,10 @@ def passings_of(k: Kernel) -> npt.NDArray[Any]:
 
 def contents_at_start(scene: Scene) -> Contents:
     """Returns the contents with which the run of a scene begins; the periods are taken off its places."""
-    plans, clock = begun(np.zeros(len(scene), ROWS["plans"])), begun(np.zeros(1, ROWS["clock"]))
+    plans, clock = (
+        begun(np.zeros(len(scene), CARRIED_ROWS["plans"])),
+        begun(np.zeros(1, CARRIED_ROWS["clock"])),
+    )
     plans["number"] = np.arange(len(scene))
     place = nearest_image(scene.position, scene.periods)
     plans["x"], plans["y"] = place.T
@@ -70,7 +82,11 @@ def contents_at_start(scene: Scene) -> Contents:
     if scene.periodic:
         plans["kx"], plans["ky"] = whole_periods(scene.position - place, scene.periods).T
     clock["torus.beat"] = BEAT if scene.periodic else NEVER
-    empty = (np.zeros(0, ROWS["passings"]), np.zeros(0, ROWS["commands"]), np.zeros(1, ROWS["counts"]))
+    empty = (
+        np.zeros(0, CARRIED_ROWS["passings"]),
+        np.zeros(0, CARRIED_ROWS["commands"]),
+        np.zeros(1, CARRIED_ROWS["counts"]),
+    )
     return Contents(plans, *empty, clock)
 
 

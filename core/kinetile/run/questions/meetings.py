@@ -36,7 +36,7 @@ from kinetile.kernel.tables import (
 )
 from kinetile.run.questions.places import MOST_PERIODS, Point, Query, gaps_to
 from kinetile.scene.bodies import nearest_image
-from kinetile.scene.shapes import Floats, Ints
+from kinetile.scene.shapes import Floats, Integers
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
 Planned = Mapping[int, int]
@@ -71,7 +71,7 @@ class CastHit(NamedTuple):
     distance: float
 
 
-BEGUN, WALL, PAIR, PARTING = range(4)
+BEGUN, AT_WALL, OF_PAIR, OF_PARTING = range(4)
 """What comes first for a body, in the order of one tick: a passing of the start that has no row yet, a
 contact with a wall or a body, the end of a passing."""
 
@@ -88,7 +88,7 @@ def next_contact_of(
     query: Query,
     a: int,
     planned: Planned | None = None,
-    among: Ints | None = None,
+    among: Integers | None = None,
     walls: bool = True,
 ) -> NextContact | None:
     """Returns what ``Simulation.next_contact_of`` does, for a slot: with bodies, or with those ``among``
@@ -98,7 +98,7 @@ def next_contact_of(
         return None
     one, other = int(query.k.queue.number[a]), first.other
     if other >= 0:
-        one, other = sorted((one, int(query.k.queue.number[other])), reverse=first.kind == PARTING)
+        one, other = sorted((one, int(query.k.queue.number[other])), reverse=first.kind == OF_PARTING)
     return NextContact(*query.clock.moment(query.clock.total(first.tick)), one, other)
 
 
@@ -144,7 +144,7 @@ def _walls(
     return [(tick, wall) for tick, wall in zip(ticks.tolist(), walls, strict=True) if tick < last]
 
 
-def _theirs(query: Query) -> tuple[list[Outline], Ints]:
+def _theirs(query: Query) -> tuple[list[Outline], Integers]:
     if query.shapes:
         kinds, which = np.unique(query.forms, return_inverse=True)
         return [(query.shapes[each].core, query.shapes[each].radius) for each in kinds.tolist()], which
@@ -152,7 +152,7 @@ def _theirs(query: Query) -> tuple[list[Outline], Ints]:
     return [(DISC, radius) for radius in radii.tolist()], which
 
 
-def _overlapping(query: Query, centre: Point, outline: Outline) -> Ints:
+def _overlapping(query: Query, centre: Point, outline: Outline) -> Integers:
     """Returns which of the bodies overlap one about a place now, by more than rounding."""
     apart, reach = nearest_image(query.places - centre, query.periods), query.radii + circle_around(outline)
     few = np.flatnonzero(np.hypot(*apart.T) < reach)
@@ -218,20 +218,20 @@ def _turns(query: Query, body: int, planned: Planned) -> int:
     return min(turn, int(plan.ledge), *(planned.get(int(by), NEVER) for by in (plan.support, plan.second)))
 
 
-def _first_of(query: Query, a: int, among: Ints | None = None, walls: bool = True) -> _First | None:
+def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
     others = query.slots if among is None else among
-    found = [_First(NEVER, PARTING, a)]
+    found = [_First(NEVER, OF_PARTING, a)]
     if len(others):  # of those at one tick the first by number
         ticks_of_kinds = _ticks_with(query, a, others).items()
         found += [_First(int(each.min()), kind, int(others[each.argmin()])) for kind, each in ticks_of_kinds]
     if walls and query.composition.wall is not None:
         tick, wall = wall_of(query, a)
-        found.append(_First(tick, WALL, wall))
+        found.append(_First(tick, AT_WALL, wall))
     first = min(found, key=lambda each: (each.tick, each.kind))
     return first if first.tick < query.until else None
 
 
-def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
+def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
     """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
     through each other, by the kind of event; NEVER where not, or not any more."""
     pair, passing, k = query.composition.pair, query.composition.passing, query.k
@@ -241,7 +241,7 @@ def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
     _composed(ticks_of_partners, **query.composition.parts())(query.aside, a, others, meets)
     meets[meets < query.now] = NEVER
     if not passing:
-        return {PAIR: meets}
+        return {OF_PAIR: meets}
     ends = np.full(len(k.bodies), NEVER)
     for one, other in ((k.passings.a, k.passings.b), (k.passings.b, k.passings.a)):
         due = (one == a) & (k.passings.a >= 0)
@@ -251,10 +251,10 @@ def _ticks_with(query: Query, a: int, others: Ints) -> dict[int, Ints]:
     near = np.flatnonzero(np.isin(others, pairs.sum(axis=1) - a))
     if len(near):
         _begin(query, a, others, near, begins)
-    return {BEGUN: begins, PAIR: meets, PARTING: ends[others]}
+    return {BEGUN: begins, OF_PAIR: meets, OF_PARTING: ends[others]}
 
 
-def waiting(query: Query) -> Ints:
+def waiting(query: Query) -> Integers:
     """Returns the pairs of slots, (m, 2), that begin to pass at the start and have no row yet."""
     pairs = query.overlapping if query.composition.passing else query.overlapping[:0]
     begins = np.full(len(pairs), NEVER)
@@ -263,7 +263,7 @@ def waiting(query: Query) -> Ints:
     return pairs[begins < NEVER]
 
 
-def _begin(query: Query, a: int, others: Ints, near: Ints, begins: Ints) -> None:
+def _begin(query: Query, a: int, others: Integers, near: Integers, begins: Integers) -> None:
     _composed(beginnings, **query.composition.parts())(query.aside, a, others, near, begins)
 
 
@@ -283,7 +283,7 @@ def _composed(template: Callable[..., Any], **hooks: Any) -> Callable[..., Any]:
 reach_wall = to_be_filled_in
 
 
-def ticks_of_partners(k: Kernel, body: int, others: Ints, ticks: Ints) -> None:
+def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
     barred = NOBODY if PERIODIC or MIXED else barred_with(k, body)
@@ -296,7 +296,7 @@ def ticks_of_partners(k: Kernel, body: int, others: Ints, ticks: Ints) -> None:
             ticks[i] = meeting(k, first, body + other - first)
 
 
-def beginnings(k: Kernel, body: int, others: Ints, near: Ints, ticks: Ints) -> None:
+def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: Integers) -> None:
     """Template: writes down now where a body begins to pass others at once that overlap it at the start."""
     k = disowned(k)
     now = k.clock[0].now
@@ -305,13 +305,13 @@ def beginnings(k: Kernel, body: int, others: Ints, near: Ints, ticks: Ints) -> N
             ticks[near[i]] = now
 
 
-def tick_of_wall(k: Kernel, body: int, answer: Ints) -> None:
+def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:
     """Writes down when a body meets a wall, and which; a template."""
     k = disowned(k)
     answer[0], answer[1] = reach_wall(k, k.bodies[body])
 
 
-def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Ints) -> None:
+def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Integers) -> None:
     """Template: writes down when gaps close, each far - near - radius, with its slope and its pull."""
     k = disowned(k)
     clock = k.clock[0]
@@ -352,7 +352,7 @@ first_shape_image = first_image_of(shapes_touch, overlaps)
 meet = to_be_filled_in
 
 
-def ticks_of_cast(k: Kernel, others: Ints, body: int, ticks: Ints) -> None:
+def ticks_of_cast(k: Kernel, others: Integers, body: int, ticks: Integers) -> None:
     """Writes down when a body in a row of the tables meets each of others; a template."""
     k = disowned(k)
     for i in range(len(others)):

@@ -21,7 +21,7 @@ from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
-from kinetile.scene.shapes import Bools, Floats, Ints, Shape
+from kinetile.scene.shapes import Bools, Floats, Integers, Shape
 from kinetile.toolbox.differences import DISC, Outline
 
 Box = tuple[float, float, float, float]
@@ -50,11 +50,11 @@ class Query:
 
     k: Kernel
     packed: Any
-    slots: Ints
+    slots: Integers
     clock: Clock
     composition: Composition
     shapes: tuple[Shape, ...] = ()
-    overlapping: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    overlapping: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
     def now(self) -> int:
@@ -105,11 +105,11 @@ class Query:
         return np.asarray(self.k.radii[self.slots])
 
     @cached_property
-    def forms(self) -> Ints:
+    def forms(self) -> Integers:
         """(n,) the indices of their shapes; 0 where all are discs."""
         return self.k.bodies["form"][self.slots] if self.shapes else np.zeros(len(self.slots), np.int64)
 
-    def cores(self, few: Ints, area: Sequence[Point] = ()) -> tuple[Floats, Floats]:
+    def cores(self, few: Integers, area: Sequence[Point] = ()) -> tuple[Floats, Floats]:
         """Returns the corners of the cores of a few bodies, (m, most, 2), the last one repeated where there
         are fewer, and (m,) their radii; with an ``area`` those of the differences of area and core."""
         forms, which = np.unique(self.forms[few], return_inverse=True)
@@ -122,7 +122,7 @@ class Query:
         return np.array(padded, dtype=np.float64).reshape(-1, most, 2)[which], radii
 
 
-def bodies_in(query: Query, box: Box, inside: bool = False, area: Outline | None = None) -> Ints:
+def bodies_in(query: Query, box: Box, inside: bool = False, area: Outline | None = None) -> Integers:
     """Returns the slots of bodies with a point in a box, or its edges, or all ``inside``; in order. With an
     ``area``, around which the box is, of bodies in that."""
     held = np.zeros(len(query.slots), dtype=np.bool_)
@@ -184,7 +184,9 @@ def _cross(one: Floats, other: Floats) -> Floats:
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
-def bodies_near(query: Query, point: Point, radius: float | None = None, count: int | None = None) -> Ints:
+def bodies_near(
+    query: Query, point: Point, radius: float | None = None, count: int | None = None
+) -> Integers:
     """Returns what ``Simulation.bodies_near`` does, as slots, ties as in ``query.slots``; of a shape not
     around its position it may be another image that is near than that whose position is nearest."""
     apart = nearest_image(np.array(point) - query.places, query.periods)

@@ -31,11 +31,11 @@ import numpy.typing as npt
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
-from kinetile.kernel.tables import COMMAND, ROWS
+from kinetile.kernel.tables import CARRIED_ROWS, COMMAND
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
 from kinetile.run.engine.commands import History, Planned, Told
-from kinetile.run.engine.contacts import Entries
+from kinetile.run.engine.ledger import Entries
 from kinetile.run.engine.state import Contents, RunState, numbers_of
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
 from kinetile.scene import Accelerate, Insert, Move, Remove, Response, Scene, SetKind, Settings, Turn
@@ -203,7 +203,7 @@ _KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int, "told": Told,
 @cache
 def layout() -> str:
     """Returns a digest of how all that is saved is laid out."""
-    content = [f"{name} {elements(dtype)}" for name, dtype in ROWS.items()]
+    content = [f"{name} {elements(dtype)}" for name, dtype in CARRIED_ROWS.items()]
     content += [elements(CONTACT), elements(LOG), *Bounds._fields]
     content += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
     content += Entries._fields + Told._fields
@@ -246,7 +246,7 @@ def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     history = History((commands,), bases, content["told"], content["kept"])
     history.names = {str(name): int(body) for name, body in content["names"].items()}
     state = RunState(
-        contents=Contents(**{name: _rows(arrays, name, dtype) for name, dtype in ROWS.items()}),
+        contents=Contents(**{name: _rows(arrays, name, dtype) for name, dtype in CARRIED_ROWS.items()}),
         bounds=Bounds._make([*content["bounds"], 0.0, NO_SKIN]),
         commands=Commands(content["commands"]),
         later=Planned(tuple(content["later"]), _rows(arrays, "later", COMMAND)),

@@ -24,7 +24,7 @@ from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape
-from kinetile.show.picture import FRESH, LOOKS, NEXT, escape, outline_of
+from kinetile.show.picture import FRESH, LOOKS, NEXT_LOOK, escape, outline_of
 from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
 
 _RUN = (
@@ -94,7 +94,7 @@ class Page:
             "shape": [shapes.get(body, -1) for body in bodies] if scene.shapes else [],
             "runs": runs,
             "looks": {role: look._asdict() for role, look in LOOKS.items()},
-            "next": NEXT._asdict(),
+            "next": NEXT_LOOK._asdict(),
             "fresh": FRESH._asdict(),
         }
 

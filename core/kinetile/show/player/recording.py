@@ -33,11 +33,11 @@ from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment
 from kinetile.records.bounded import BoundedRows, TooManyRows, ticks_of
 from kinetile.records.trajectory import first_accelerations
 from kinetile.run.engine.state import passings_of
-from kinetile.run.flights import SIDES, Flights
+from kinetile.run.flights import COLUMNS_OF, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, whole_periods
-from kinetile.show.picture import MOST_PAIRS, ORDER, wants_pairs
+from kinetile.show.picture import ORDER, PAIRS_DRAWN, wants_pairs
 
 MOST_ROWS = 200_000
 """Rows of a page, some 30 bytes each; a longer run is shown up to there."""
@@ -131,7 +131,7 @@ def record(
         notes.append(f"The run ended with a fault, {type(error).__name__}: {error}")
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
     drawn_as = composition_of(simulation).broad.drawn_as
-    paired = len(plans.x) <= MOST_PAIRS if pairs is None else pairs
+    paired = len(plans.x) <= PAIRS_DRAWN if pairs is None else pairs
     if scene.bent:  # what its broad phase sees is not where the bodies are
         drawn_as = ""
     skin = float(simulation.tables.clock[0].limits.skin)
@@ -141,7 +141,7 @@ def record(
         recording = _with_steps(recording, again, clock, begin, pairs)
     notes = []
     if pairs is None and not recording.pairs and (recording.stepped or drawn_as in _PAIRED):
-        notes += [f"Pairs are left out, they are more than {MOST_PAIRS}; --pairs (pairs=True) draws them."]
+        notes += [f"Pairs are left out, they are more than {PAIRS_DRAWN}; --pairs (pairs=True) draws them."]
     return replace(recording, notes=(*recording.notes, *notes))
 
 
@@ -214,7 +214,7 @@ def _queued(simulation: Simulation) -> int:
 
 
 Floats = npt.NDArray[np.float64]
-KINDS = (
+PLAYED_KINDS = (
     *("structural", "disc", "wall", "turn", "insert", "remove"),
     *("pass", "part", "anchor", "accelerate", "hold", "kind", "move"),
 )
@@ -293,7 +293,7 @@ class Plans:
 
 
 def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Returns the kind of each row as its place in ``KINDS``."""
+    """Returns the kind of each row as its place in ``PLAYED_KINDS``."""
     a, b = rows["a"], rows["b"]
     kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
     for code, kind in _COMMANDS.items():
@@ -317,8 +317,8 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, n
     epoch, tick = (rows[name][flights.row].astype(np.float64) for name in ("epoch", "tick"))
     ticks = (epoch - before(plans.epoch, epoch)) * float(TICKS) + (tick - before(plans.tick, tick))
     elapsed = ticks * (scene.time_unit / TICKS)
-    columns = {name: np.zeros(len(rows), np.uint64) for pair in SIDES.values() for name in pair}
-    found = {name: flights.value(name) for name in SIDES}
+    columns = {name: np.zeros(len(rows), np.uint64) for pair in COLUMNS_OF.values() for name in pair}
+    found = {name: flights.value(name) for name in COLUMNS_OF}
     given = flights.accelerations(np.stack([plans.ax, plans.ay], axis=1))
     found |= {"ax": given[:, 0], "ay": given[:, 1]}
     was = AcceleratedPlan(*(before(getattr(plans, name), flies) for name, flies in found.items()))
@@ -336,7 +336,7 @@ def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, n
             (axis, _bits(found[axis]) ^ _bits(flown)),
             (f"v{axis}", _bits(flies) ^ _bits(keeps)),
         ):
-            for side, column in enumerate(SIDES[name]):
+            for side, column in enumerate(COLUMNS_OF[name]):
                 mine = flights.is_b == bool(side)
                 columns[column][flights.row[mine]] = bits[mine]
     return columns

@@ -37,7 +37,7 @@ _NO_STRUCTURE = (
     "phase. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
 )
 
-Choice = tuple[str | None, Mapping[str, Any]]
+ShownPhase = tuple[str | None, Mapping[str, Any]]
 """A broad phase by name (None: what the scene says, or the default), and its options."""
 
 
@@ -73,7 +73,7 @@ class View:
 
 def view_scene(
     scene: Scene,
-    choices: Sequence[Choice] = ((None, {}),),
+    choices: Sequence[ShownPhase] = ((None, {}),),
     *,
     begin: float | None = None,
     until: float | None = None,
@@ -106,7 +106,7 @@ def view_scene(
     if at is not None and not begin <= at <= until:
         raise BadOption(f"the page is to open at {at!r}; expected a time from {begin!r} to {until!r}")
 
-    def simulation(choice: Choice) -> Simulation:
+    def simulation(choice: ShownPhase) -> Simulation:
         options = dict(choice[1]) or None
         return Simulation(scene, choice[0], options=options, narrow_phases=narrow_phases, keep_contacts=False)
 

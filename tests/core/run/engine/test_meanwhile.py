@@ -74,7 +74,7 @@ def test_a_process_is_started_where_it_may_be(place, value, expected, started, m
     sim = kt.Simulation(SCENE, "naive")
     of = engine_of(sim)
     process = meanwhile.compile_meanwhile(of.loop, of.composition, of.commands)
-    assert (process is not meanwhile.NONE) == len(started) == expected
+    assert (process is not meanwhile.NO_PROCESS) == len(started) == expected
 
 
 def of_main(x):
@@ -112,7 +112,7 @@ def test_a_copy_of_a_run_for_a_debugger_was_compiled():
 def test_no_process_is_started_for_hooks_of_main(started):
     sim = kt.Simulation(SCENE, "naive")
     loop, of = composer._compose(of_main, {}, "main", tuple), engine_of(sim)
-    assert meanwhile.compile_meanwhile(loop, of.composition, of.commands) is meanwhile.NONE
+    assert meanwhile.compile_meanwhile(loop, of.composition, of.commands) is meanwhile.NO_PROCESS
     assert not started
 
 

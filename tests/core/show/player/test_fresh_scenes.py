@@ -16,7 +16,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.records import Trajectory
 from kinetile.run.compose import accepting
 from kinetile.show.player import view_scene
-from kinetile.show.player.recording import KINDS
+from kinetile.show.player.recording import PLAYED_KINDS
 from player_pages import ask_node, in_order, needs_node, plain
 
 SEED, SCENES = int(os.environ.get("KINETILE_SEED", "0")), int(os.environ.get("KINETILE_SCENES", "50"))
@@ -118,7 +118,7 @@ def assert_page_is_exact(scene: kt.Scene, until: float, phase: str, tmp_path: Pa
     for done, (event, shown) in enumerate(zip(stepped.steps(until), events, strict=True), 1):
         if event.kind != "part" or set(event.bodies) <= set(stepped.bodies.tolist()):
             now = state(stepped)  # else its removal comes behind it
-        assert shown == [KINDS.index(event.kind), *row_of(event), done, *now], event
+        assert shown == [PLAYED_KINDS.index(event.kind), *row_of(event), done, *now], event
 
     trajectory, sim = Trajectory(recording.rows, scene), kt.Simulation(scene, phase, options=options)
     for time, (anchored, *shown) in zip(times, moments, strict=True):

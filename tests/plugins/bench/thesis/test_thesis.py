@@ -12,7 +12,7 @@ import kinetile as kt
 from command_line import kinetile
 from kinetile_accuracy.drawing import LOOKS
 from kinetile_bench import thesis as bench_thesis_module
-from kinetile_bench.events import DENSITIES
+from kinetile_bench.event_rates import DENSITIES
 from kinetile_bench.thesis import ThesisBench, ThesisScene, bench_thesis
 from kinetile_bench.thesis.figures import draw
 from lanes import SHARED, first

@@ -19,7 +19,7 @@ from kinetile.kernel.tables import PAGE, ROW, Kernel, record_table
 from kinetile.run.engine.fields import Fields
 from kinetile.run.interrupts import Unbroken
 
-KEPT = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
+KEPT_ROW = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact as it is kept until it is read, in 16 bytes: ``when`` counts ticks from the beginning of the
 epoch of its chunk's first contact. A chunk is shorter than 1,024 epochs (``kernel.clock``)."""
 
@@ -27,7 +27,7 @@ LONG = 1 << 16
 """Contacts of a run after which more of them are kept on large pages: to be given the pages of 4 KiB costs
 twice what the copy does (7 of 10 ns a contact). A short run does not take megabytes."""
 
-AT_ONCE = 2 * PAGE // KEPT.itemsize - 4
+AT_ONCE = 2 * PAGE // KEPT_ROW.itemsize - 4
 """Rows that fill two large pages, with the room that ``record_table`` adds."""
 
 _NOTHING = nullcontext()
@@ -70,7 +70,7 @@ class Ledger:
         self._clock = clock
         self.pending_events: list[ContactRow] | None = []
         self.latest = 0
-        self._room = np.empty(0, KEPT)  # for what is kept of later chunks
+        self._room = np.empty(0, KEPT_ROW)  # for what is kept of later chunks
         self.entries = entries
 
     @property
@@ -216,9 +216,9 @@ class Ledger:
 
     def _room_for(self, rows: int) -> npt.NDArray[np.void]:
         if self._total < LONG:
-            return np.empty(rows, KEPT)
+            return np.empty(rows, KEPT_ROW)
         if rows > len(self._room):
-            self._room = record_table(KEPT, max(AT_ONCE, rows)).view(np.ndarray)
+            self._room = record_table(KEPT_ROW, max(AT_ONCE, rows)).view(np.ndarray)
         room, self._room = self._room[:rows], self._room[rows:]
         return room
 

@@ -8,8 +8,8 @@ import pytest
 import kinetile as kt
 from command_line import kinetile
 from kinetile.errors import Refused
-from kinetile_bench import events as events_module
-from kinetile_bench.events import COUNTED, EventsBench, bench_events, square_at_least
+from kinetile_bench import event_rates as events_module
+from kinetile_bench.event_rates import COUNTED, EventsBench, bench_events, square_at_least
 
 CHOICES = ["naive", ("cells", {"side": 0.4})]  # whose loops of discs alike other tests have
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kinetile as kt
-from kinetile.run.engine import contacts
+from kinetile.run.engine import ledger
 
 
 @pytest.mark.small
@@ -13,8 +13,8 @@ def test_contacts_on_large_pages_are_the_same(monkeypatch, at_once):
     scene = kt.make_scene("grid", bodies=16, density=0.5, seed=1)
     plain = kt.Simulation(scene, "cells")
     plain.run(max_contacts=60)
-    monkeypatch.setattr(contacts, "LONG", 20)
-    monkeypatch.setattr(contacts, "AT_ONCE", at_once)
+    monkeypatch.setattr(ledger, "LONG", 20)
+    monkeypatch.setattr(ledger, "AT_ONCE", at_once)
     sim = kt.Simulation(scene, "cells")
     for part in (10, 10, 9, 1, 5, 5, 20):
         sim.run(max_contacts=part)
