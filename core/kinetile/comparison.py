@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetile.arrays import Array, Floats, Rows
 from kinetile.errors import FAULTS, BadOption, answering
 from kinetile.kernel.log import WALLS
 from kinetile.kernel.plan import Plan
@@ -26,7 +27,7 @@ contacts by the name of their source, the index of the contact in which they dif
 returns a sentence, or "" where it cannot say."""
 
 
-def first_difference(one: NDArray[Any], other: NDArray[Any]) -> int | None:
+def first_difference(one: Array, other: Array) -> int | None:
     """Returns the index of the first row that is not the same bits in two arrays, or in one alone, if any."""
     shared = min(len(one), len(other))
     unlike = np.flatnonzero((_bits(one[:shared]) != _bits(other[:shared])).any(axis=1))
@@ -35,7 +36,7 @@ def first_difference(one: NDArray[Any], other: NDArray[Any]) -> int | None:
     return None if len(one) == len(other) else shared
 
 
-def _bits(rows: NDArray[Any]) -> NDArray[np.uint8]:
+def _bits(rows: Array) -> NDArray[np.uint8]:
     """Returns rows as their bytes, (n, size)."""
     size = rows.dtype.itemsize * (rows.shape[1] if rows.ndim == 2 else 1)
     return np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)
@@ -46,12 +47,12 @@ class Outcome:
     """Everything in which two runs of a scene must agree: ``ended`` is "ran", or the error that ended it,
     with its message; ``bodies`` are the numbers of those in ``positions`` and ``velocities``."""
 
-    contacts: NDArray[np.void]
+    contacts: Rows
     ended: str
     time: float
     bodies: NDArray[np.int32]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
+    positions: Floats
+    velocities: Floats
 
 
 def outcome_of(simulation: Simulation, ended: str = "ran") -> Outcome:
@@ -116,7 +117,7 @@ def find_divergence(reference: str, phase: str, expected: Outcome, found: Outcom
     return Divergence(reference, phase, "body", int(expected.bodies[body]), here, there)
 
 
-def _row(contacts: NDArray[Any], index: int) -> dict[str, Any] | None:
+def _row(contacts: Array, index: int) -> dict[str, Any] | None:
     if not 0 <= index < len(contacts):
         return None
     return dict(zip(contacts.dtype.names or (), contacts[index].item(), strict=True))

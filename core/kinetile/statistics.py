@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from kinetile.arrays import Floats
+
 _Value = TypeVar("_Value")
 
 _MOST_BLOCKS = 256

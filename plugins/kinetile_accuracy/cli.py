@@ -19,10 +19,10 @@ from kinetile.cli.terminal import DIFFERENT, EXIT_FAULT, Bar, echo, make_ready, 
 from kinetile.errors import BadOption
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from rich.table import Table
 
     from kinetile import Scene
+    from kinetile.arrays import Array
     from kinetile_accuracy.oracle.agreement import Agreement
     from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle
     from kinetile_accuracy.sections import Budget, Section
@@ -232,7 +232,7 @@ def _certifier(
     return LogCertifier(scene, rows, end, max_contacts=max_contacts, fingerprint=fingerprint)
 
 
-def _read_events(path: str, scene: Scene, end: float | None) -> tuple[NDArray[Any], float | None]:
+def _read_events(path: str, scene: Scene, end: float | None) -> tuple[Array, float | None]:
     """Reads an event file, and how far it goes: a run that was broken off goes to its last row."""
     from kinetile.instruments import read_with_scene, relabelled
 

@@ -19,9 +19,9 @@ from itertools import islice
 from typing import Generic, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Scene
+from kinetile.arrays import Flags, Integers
 from kinetile.errors import KinetileError, Refused
 from kinetile_conformance.cases import horizon, is_living
 from kinetile_conformance.checks import most
@@ -62,8 +62,6 @@ class Drawing:
                 had += islice(more, int(at == len(had)))
             yield from had[at : at + 1]
 
-
-Integers = npt.NDArray[np.int64]
 
 FAMILIAR = 2
 """The fewest bodies that minimising leaves: one alone meets no other."""
@@ -190,7 +188,7 @@ def _round(search: Search[Scene]) -> None:
             _round_some(search, (name,), np.arange(len(search.scene)) == body)
 
 
-def _round_some(search: Search[Scene], fields: tuple[str, ...], which: npt.NDArray[np.bool_]) -> None:
+def _round_some(search: Search[Scene], fields: tuple[str, ...], which: Flags) -> None:
     unit = 2.0 ** np.ceil(np.log2(float(search.scene.radius.max())))
     for digits in DIGITS:
         new = {}

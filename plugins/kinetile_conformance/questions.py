@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, ValidationError, create_model
 
 from kinetile import Scene, Settings
+from kinetile.arrays import Rows
 from kinetile.errors import KinetileError, SceneError
 from kinetile.instruments import dumps_scene
 from kinetile.toolbox import WALLS, Plan, positions_after
@@ -154,7 +155,7 @@ class Contacts(Question):
             if judged is not None:
                 yield self.exchange(*judged)
 
-    def exchange(self, scene: Scene, expected: NDArray[np.void]) -> Exchange:
+    def exchange(self, scene: Scene, expected: Rows) -> Exchange:
         """Returns the line of a scene with these contacts."""
         right: list[Row] = expected[EXACT if self.within is None else TIMED].tolist()
         end = None if self.within is None else compared_until(scene, expected, self.within)
@@ -211,7 +212,7 @@ def _line(value: object) -> bytes:
     return json.dumps(value, allow_nan=False).encode() + b"\n"
 
 
-def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]] | None:
+def reference_contacts(scene: Scene, most: int) -> tuple[Scene, Rows] | None:
     """Returns a scene with its contacts by the reference. A scene that has ``most`` and more, or that jams,
     is made to end sooner; None: it has too many at its start."""
     scene = ended_at(scene, horizon(scene))
@@ -224,7 +225,7 @@ def reference_contacts(scene: Scene, most: int) -> tuple[Scene, NDArray[np.void]
     return None
 
 
-def difference(scene: Scene, found: Sequence[Row], expected: NDArray[np.void]) -> str | None:
+def difference(scene: Scene, found: Sequence[Row], expected: Rows) -> str | None:
     """Returns where an engine's contacts first differ from the reference's, in a sentence, and which contact
     is right by the specification, where that decides it quickly; None: nowhere."""
     right = expected[EXACT]
@@ -278,7 +279,7 @@ def parting(
     return min((each for each in wrong if each[0] < end), default=None)
 
 
-def compared_until(scene: Scene, expected: NDArray[np.void], within: float) -> float:
+def compared_until(scene: Scene, expected: Rows, within: float) -> float:
     """Returns the time before which contacts within a distance of the reference's are to be expected."""
     right: list[Row] = expected[TIMED].tolist()
     end = horizon(scene)

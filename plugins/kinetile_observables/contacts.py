@@ -14,12 +14,11 @@ Chem. Phys. 157, 234111 (2022), for walls, and the same on a torus. Before equil
 """
 
 import math
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Collisions, Moment, Observable, Scene
+from kinetile.arrays import Array, Floats
 from kinetile.errors import BadOption, Refused
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, WALLS
 from kinetile_observables.geometry import axes_with_walls, displacement, inner_motion
@@ -133,7 +132,7 @@ class Pressure(Observable):
         return found
 
 
-def _added(total: float, terms: npt.NDArray[np.float64]) -> float:
+def _added(total: float, terms: Floats) -> float:
     """Returns a sum and further terms that are not NaN, added one by one: the bits do not depend on how the
     terms are divided into calls, as those of ``numpy.sum`` would."""
     return float(np.cumsum(np.append(total, np.where(np.isnan(terms), 0.0, terms)))[-1])
@@ -150,7 +149,7 @@ class Rates(Observable):
     def prepare(self, scene: Scene) -> None:
         """Notes the kinds of the scene."""
         self.kinds = scene.kinds
-        self.met: list[npt.NDArray[Any]] = []
+        self.met: list[Array] = []
         self.last: float | None = None
 
     def collect(self, collisions: Collisions) -> None:

@@ -3,12 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Moment, Scene
+from kinetile.arrays import Flags, Floats, Integers
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 _MOST_PARTS = 10
 _AT_ONCE = 2**16
 """How many pairs are compared at once, but for those of one place."""
@@ -50,7 +48,7 @@ def inner_motion(moment: Moment) -> tuple[Floats, Floats, Floats]:
     return mass, velocity, degrees
 
 
-def parts(moment: Moment, name: str) -> dict[str, npt.NDArray[np.bool_]]:
+def parts(moment: Moment, name: str) -> dict[str, Flags]:
     """Returns which of the movable bodies, (n,), a quantity is of: all, and as ``name of big`` those of each
     kind, or in a scene of one kind of each mass, if these are 2 to 10."""
     mass, several = moment.masses(), len(moment.scene.kinds) > 1

@@ -8,11 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile import Moment, Observable, Scene
+from kinetile.arrays import Floats
 from kinetile.errors import BadOption, Refused
 from kinetile_observables.geometry import axes_with_walls, inner_motion, movable, narrowest, neighbours, parts
 from kinetile_observables.power_cells import cells_of
-
-Floats = npt.NDArray[np.float64]
 
 
 def _whole(name: str, value: Any) -> int:

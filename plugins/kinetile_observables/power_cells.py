@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile import Moment, Observable, Scene
+from kinetile.arrays import Flags, Floats, Integers
 from kinetile.errors import Refused
-from kinetile_observables.geometry import Floats, axes_with_walls
+from kinetile_observables.geometry import axes_with_walls
 
 _AT_ONCE, _LINES = 64, 24
 """How many cells are computed together, and of how many lines each at first."""
@@ -25,8 +26,8 @@ class Cells(NamedTuple):
     mean of exp(6 i angle) over the directions to neighbours, 0 without any."""
 
     area: Floats
-    neighbours: npt.NDArray[np.int64]
-    walled: npt.NDArray[np.bool_]
+    neighbours: Integers
+    walled: Flags
     order: npt.NDArray[np.complex128]
 
 

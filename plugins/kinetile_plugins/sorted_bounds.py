@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats, Integers
 from kinetile.toolbox import (
     NEVER,
     At,
@@ -42,8 +42,8 @@ from kinetile.toolbox import (
     reaches_of,
 )
 
-Whole = npt.NDArray[np.int64]
-Lengths = npt.NDArray[np.float64]
+Whole = Integers
+Lengths = Floats
 
 ROWS = 1 << 9
 """Bodies compared with all others at a time."""

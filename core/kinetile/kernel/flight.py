@@ -9,11 +9,10 @@ is lost at every contact of the same two bodies, and energy would drift in propo
 """
 
 import math
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats, Integers
 from kinetile.kernel import plan
 from kinetile.kernel.compiled import hook, with_accelerations, with_field
 from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
@@ -115,9 +114,7 @@ def note_all_places(k: Kernel, tick: int) -> None:
         note_place(k, body)
 
 
-def plans_now(
-    k: Kernel, slots: npt.NDArray[np.int64] | None = None
-) -> tuple[Plan | AcceleratedPlan, npt.NDArray[np.float64]]:
+def plans_now(k: Kernel, slots: Integers | None = None) -> tuple[Plan | AcceleratedPlan, Floats]:
     """Returns the plans of all bodies, or of those in the slots given, and the times since their anchors."""
     clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
     if slots is not None:
@@ -125,12 +122,12 @@ def plans_now(
     return Plan.of(bodies), (clock["now"] - bodies["anchor"]) * clock["tick"]
 
 
-def positions_now(k: Kernel, slots: npt.NDArray[np.int64] | None = None) -> npt.NDArray[np.float64]:
+def positions_now(k: Kernel, slots: Integers | None = None) -> Floats:
     """Return (n, 2) positions now, of all bodies or of those in the slots given; not for hooks."""
     return positions_after(*plans_now(k, slots))
 
 
-def whole_pulls(k: Kernel, slots: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def whole_pulls(k: Kernel, slots: Array) -> Floats:
     """Return (n, 2) accelerations of bodies in slots, as if nothing held them; not for hooks."""
     bodies = k.bodies.view(np.ndarray).take(slots)
     for names in (("whole_x", "whole_y"), ("ax", "ay")):

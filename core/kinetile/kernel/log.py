@@ -9,8 +9,8 @@ import hashlib
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Rows
 from kinetile.kernel.plan import FIELDS_OF_TWO
 
 ANSWER = 6
@@ -46,7 +46,7 @@ nearest to 0, from minus half a period to half of it. Where bodies are accelerat
 -10 and -12 have the present acceleration in the place of ``b``'s position."""
 
 
-def digestible(contacts: npt.NDArray[np.void]) -> bytes:
+def digestible(contacts: Rows) -> bytes:
     """Returns the input of the fingerprint, in an order of bytes that is the same everywhere."""
     exact = np.zeros(len(contacts), MET)
     for name in MET.names or ():

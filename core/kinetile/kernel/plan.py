@@ -12,8 +12,8 @@ import math
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats
 from kinetile.kernel.clock import TICKS
 
 
@@ -75,19 +75,19 @@ def accelerated_velocity_after(plan: Any, elapsed: Any) -> tuple[Any, Any]:
     return plan.vx + plan.ax * elapsed, plan.vy + plan.ay * elapsed
 
 
-def positions_after(plans: Plan | AcceleratedPlan, elapsed: Any) -> npt.NDArray[np.float64]:
+def positions_after(plans: Plan | AcceleratedPlan, elapsed: Any) -> Floats:
     """Returns (..., 2) where plans have their bodies, times (...) after their anchors; not for hooks."""
     after = accelerated_position_after if isinstance(plans, AcceleratedPlan) else position_after
     return _stacked(*after(plans, elapsed))
 
 
-def velocities_after(plans: Plan | AcceleratedPlan, elapsed: Any) -> npt.NDArray[np.float64]:
+def velocities_after(plans: Plan | AcceleratedPlan, elapsed: Any) -> Floats:
     """Returns (..., 2) velocities by plans, times (...) after their anchors; not for hooks."""
     after = accelerated_velocity_after if isinstance(plans, AcceleratedPlan) else velocity_after
     return _stacked(*after(plans, elapsed))
 
 
-def _stacked(x: Any, y: Any) -> npt.NDArray[np.float64]:
+def _stacked(x: Any, y: Any) -> Floats:
     """Returns the same as NumPy's stack, without what that does in Python."""
     both = np.empty((*np.shape(x), 2))
     both[..., 0], both[..., 1] = x, y

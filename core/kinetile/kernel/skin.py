@@ -14,8 +14,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats
 from kinetile.errors import TooThick
 from kinetile.kernel.compiled import hook, with_shapes
 from kinetile.kernel.tables import SIDES, Kernel, Records, fields_in
@@ -84,7 +84,7 @@ def reach_to(body: Records, side: int, skin: float) -> float:
     return float(body.reach)
 
 
-def reaches_of(k: Kernel) -> npt.NDArray[np.float64]:
+def reaches_of(k: Kernel) -> Floats:
     """Return (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; not for hooks."""
     bodies = k.bodies.view(np.ndarray)
     if "left" not in bodies.dtype.names:
@@ -92,9 +92,7 @@ def reaches_of(k: Kernel) -> npt.NDArray[np.float64]:
     return np.asarray(np.stack([bodies[side] for side in fields_in(SIDES)], axis=1) + k.clock[0].limits.skin)
 
 
-def box_gaps(
-    between: Iterable[npt.NDArray[np.float64]], one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def box_gaps(between: Iterable[Floats], one: Floats, other: Floats) -> Floats:
     """Return (m, n) how far m upright boxes and n others are apart, along x or y, whichever is more; below 0
     where they overlap.
 

@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.stride_tricks import as_strided
 
+from kinetile.arrays import Floats
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.log import MET, WALLS
 from kinetile.kernel.plan import FIELDS, FIELDS_OF_TWO
@@ -448,7 +449,7 @@ _rest = np.zeros(0, dtype=np.uint8)  # of the last large page: tables that do no
 _one_at_a_time = Lock()
 
 
-def equal(number: float, length: int) -> npt.NDArray[np.float64]:
+def equal(number: float, length: int) -> Floats:
     """Return a column of equal numbers that takes the memory of one: each element is the same eight bytes."""
     return as_strided(np.full(1, number), (length,), (0,))
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import NOTHING, Hook, is_hook, python_of
 from kinetile.kernel.loop import idle
@@ -218,7 +218,7 @@ class PairParts:
     periodic: bool = False
     shapes: bool = False
     bent: bool = False
-    numbers: npt.NDArray[np.float64] | None = None
+    numbers: Floats | None = None
 
 
 @dataclass(frozen=True)

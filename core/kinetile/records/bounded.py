@@ -2,11 +2,10 @@
 anchors plans again, and each is a row."""
 
 import math
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import LOG
@@ -17,12 +16,12 @@ class TooManyRows(KinetileError):
     """A run has more rows than were to be kept."""
 
 
-def ticks_of(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def ticks_of(rows: Array) -> Array:
     """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
     return np.asarray(rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object))
 
 
-def _whole_until(rows: npt.NDArray[Any], limit: int, clock: Clock) -> tuple[int, float]:
+def _whole_until(rows: Array, limit: int, clock: Clock) -> tuple[int, float]:
     """Returns how many of the first ``limit`` rows, of more, are all rows up to some time, and that time.
     Events at once are in it all or not at all, unless the first ``limit`` rows are of one moment."""
     ticks = ticks_of(rows[: limit + 1])
@@ -42,10 +41,10 @@ class BoundedRows:
     def __init__(self, limit: int, scene: Scene) -> None:
         self.limit, self.clock = limit, Clock(scene.start, scene.time_unit)
         self.end = math.inf
-        self._parts: list[npt.NDArray[Any]] = [np.zeros(0, LOG)]
+        self._parts: list[Array] = [np.zeros(0, LOG)]
         self._count = 0
 
-    def __call__(self, rows: npt.NDArray[Any]) -> None:
+    def __call__(self, rows: Array) -> None:
         """Takes the next rows; raises TooManyRows where there are more than the limit."""
         self._parts.append(np.array(rows[: self.limit + 1 - self._count]))
         self._count += len(rows)
@@ -58,7 +57,7 @@ class BoundedRows:
             )
 
     @property
-    def rows(self) -> npt.NDArray[Any]:
+    def rows(self) -> Array:
         """The rows so far (dtype LOG); they are joined once, not at each reading."""
         if len(self._parts) > 1:
             self._parts = [np.concatenate(self._parts)]

@@ -5,11 +5,11 @@ contacts, and "unit U start S", of the clock, so that a time is S + (epoch + tic
 import os
 import re
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Array
 from kinetile.errors import BadOption
 from kinetile.scene.checks import shown
 from kinetile.targets import replacing
@@ -24,7 +24,7 @@ _AT_ONCE = 1 << 16  # rows by columns are written in half the time of rows by ro
 class ContactLines(NamedTuple):
     """Contents of a list: its rows (dtype CONTACT_LINE), and the fingerprint in its last line, or None."""
 
-    rows: NDArray[Any]
+    rows: Array
     fingerprint: str | None
 
 
@@ -71,15 +71,13 @@ UnitAndStart = tuple[float, float]
 """The unit and the start of a clock."""
 
 
-def write_contacts(
-    path: str | os.PathLike[str], contacts: NDArray[Any], digest: str, clock: UnitAndStart
-) -> None:
+def write_contacts(path: str | os.PathLike[str], contacts: Array, digest: str, clock: UnitAndStart) -> None:
     """Writes the text of ``contact_lines``. Raises OSError if impossible; then an existing file stays."""
     with replacing(path) as file:
         file.writelines(text.encode() for text in contact_lines(contacts, digest, clock))
 
 
-def contact_lines(contacts: NDArray[Any], digest: str, clock: UnitAndStart) -> Iterator[str]:
+def contact_lines(contacts: Array, digest: str, clock: UnitAndStart) -> Iterator[str]:
     """Yields the text of a list of contacts (rows with the fields epoch, tick, a, b), many lines at once, and
     behind them the fingerprint and the clock."""
     for first in range(0, len(contacts), _AT_ONCE):

@@ -10,8 +10,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Rows
 from kinetile.errors import answering
 from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after, velocities_after
 from kinetile.records.trajectory import Trajectory, gap
@@ -25,11 +25,9 @@ ENCOUNTER = np.dtype(
 and duration (NaN, both: it is under way when the run ends); the smallest distance of the places of the two,
 and when that was."""
 
-Floats = NDArray[np.float64]
-
 
 @answering
-def encounters(trajectory: Trajectory) -> NDArray[np.void]:
+def encounters(trajectory: Trajectory) -> Rows:
     """Returns the passings of a run (dtype ``ENCOUNTER``), in the order of their begins. A distance is that
     of places: two discs are at most the sum of their radii apart."""
     rows, now = trajectory.rows, dict[tuple[int, int], list[_Encounter]]()

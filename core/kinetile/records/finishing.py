@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Array
 from kinetile.errors import RecordError
 from kinetile.kernel.log import LOG
 from kinetile.lazy import needed
@@ -129,9 +129,9 @@ def _write(reader: LogReader, its_name: str, file: Any, last: str) -> dict[str, 
     return metadata
 
 
-def _groups(reader: LogReader) -> Iterator[NDArray[Any]]:
+def _groups(reader: LogReader) -> Iterator[Array]:
     """Yields all rows in groups of one size: files of the same rows are the same, whenever batches ended."""
-    waiting, many = list[NDArray[Any]](), 0
+    waiting, many = list[Array](), 0
     for rows in reader:
         for piece in np.split(rows, range(_ROWS_A_GROUP - many, len(rows), _ROWS_A_GROUP)):
             waiting.append(piece)

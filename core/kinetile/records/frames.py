@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats
 from kinetile.errors import BadOption, RecordError, answering, one_of
 from kinetile.lazy import needed
 from kinetile.records.trajectory import Trajectory
@@ -28,7 +28,7 @@ from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import whole_periods
 from kinetile.scene.scene import kinds_inserted
-from kinetile.scene.shapes import Floats, Shape, disc
+from kinetile.scene.shapes import Shape, disc
 from kinetile.targets import replacing, write_file
 
 _SYMBOLS = "H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr"
@@ -43,16 +43,16 @@ class Frame(NamedTuple):
     ``kinds`` are the places in those of the scene, and ``shapes`` objects; None in a scene of discs."""
 
     time: float
-    bodies: npt.NDArray[Any]
-    kinds: npt.NDArray[Any]
+    bodies: Array
+    kinds: Array
     positions: Floats
     unwrapped: Floats
     velocities: Floats
     radii: Floats
     masses: Floats
-    shapes: npt.NDArray[Any]
+    shapes: Array
 
-    def images(self, scene: Scene) -> npt.NDArray[Any]:
+    def images(self, scene: Scene) -> Array:
         """Returns (n, 3) the periods by which each body is away from its position; 0 across walls. Raises
         RecordError for more than files of frames count."""
         found = np.zeros((len(self.bodies), 3), dtype=np.int64)
@@ -81,13 +81,13 @@ class _Species:
         self._known: dict[tuple[Any, Any], int] = {}
         self.table = {shape: number for number, shape in enumerate(scene.shapes)}
 
-    def of(self, frame: Frame) -> npt.NDArray[Any]:
+    def of(self, frame: Frame) -> Array:
         by_radius = self._by_radius and not self.table
         sizes = frame.radii if by_radius else self.numbers(frame)
         both = zip(frame.kinds.tolist(), sizes.tolist(), strict=True)
         return np.array([self._known.setdefault(each, len(self._known)) for each in both], dtype=int)
 
-    def numbers(self, frame: Frame) -> npt.NDArray[Any]:
+    def numbers(self, frame: Frame) -> Array:
         """Returns the places of shapes in the table, (n,); -1 for discs in a scene without shapes. Those that
         were inserted by hand come behind those of the scene."""
         shapes = frame.shapes.tolist() if self.table else []
@@ -219,7 +219,7 @@ _COLUMNS = (
 )
 
 
-def _xyz(frame: Frame, scene: Scene, types: npt.NDArray[Any], shapes: npt.NDArray[Any]) -> str:
+def _xyz(frame: Frame, scene: Scene, types: Array, shapes: Array) -> str:
     borders = " ".join("T" if axis in scene.periodic else "F" for axis in "xyz")
     box = ""
     if scene.arena is not None:

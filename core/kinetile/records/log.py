@@ -27,11 +27,11 @@ import zlib
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Array
 from kinetile.errors import RecordError
 from kinetile.kernel.log import IN_BLOCK, LOG, TURNED, Fingerprint, digestible
 from kinetile.scene.checks import shown
@@ -92,7 +92,7 @@ class LogWriter:
         file.go_to(at[0])
         return cls(file, at[1])
 
-    def write(self, text: str, rows: NDArray[Any]) -> None:
+    def write(self, text: str, rows: Array) -> None:
         """Writes a batch, and passes it to the system: it survives the process."""
         content = np.ascontiguousarray(rows, _ROW).view(np.uint8).data
         head = _LENGTHS.pack(len(text.encode()), len(content)) + text.encode()
@@ -140,7 +140,7 @@ class LogReader:
         """The end of the last batch that was yielded, and the checksum up to there."""
         return self._file.tell(), self._checksum
 
-    def find(self, beginning: Beginning) -> tuple[tuple[int, int], NDArray[Any]]:
+    def find(self, beginning: Beginning) -> tuple[tuple[int, int], Array]:
         """Returns where the last batch of a beginning's rows ends, and its rows behind that; RecordError
         where the log begins with others, or has fewer."""
         seal, have, at, cut = Seal(), 0, self.at, np.zeros(0, LOG)
@@ -153,7 +153,7 @@ class LogReader:
         beginning.check(have + len(cut), seal.fingerprint, self.scene, self._name)
         return at, cut
 
-    def __iter__(self) -> Iterator[NDArray[Any]]:
+    def __iter__(self) -> Iterator[Array]:
         while (found := self._next()) is not None:
             self.text, content, first = found[0].decode(errors="replace"), found[1], len(found[0])
             yield np.frombuffer(content, _ROW, offset=first).astype(LOG, copy=False)
@@ -197,7 +197,7 @@ class Seal:
         self._contacts = Fingerprint()
         self._rows = hashlib.sha256()
 
-    def add(self, rows: NDArray[Any]) -> None:
+    def add(self, rows: Array) -> None:
         """Continues with the next rows (dtype LOG)."""
         for first in range(0, len(rows), IN_BLOCK):  # a copy of all would be as large as they are
             some = rows[first : first + IN_BLOCK]

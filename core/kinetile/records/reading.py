@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from numpy.typing import NDArray
 
+from kinetile.arrays import Array
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.log import LOG
 from kinetile.records.finishing import KEYS, LONGEST_SCENE, PARTIAL, is_log, pyarrow_modules
@@ -32,10 +32,10 @@ _COLUMNS = LOG.names or ()
 class EventFile(NamedTuple):
     """Contents of an event file: the rows (dtype LOG) in the order of events, and its metadata."""
 
-    rows: NDArray[Any]
+    rows: Array
     metadata: dict[str, Any]
 
-    def kinds_of(self, bodies: npt.ArrayLike) -> NDArray[Any]:
+    def kinds_of(self, bodies: npt.ArrayLike) -> Array:
         """Returns the kinds with which bodies came, by their numbers, such as a column of ``rows``, as an
         array of objects: "wall" for a number below 0, None for one that no body of the file has."""
         return kinds_in(self.metadata["kinds"], bodies)
@@ -77,7 +77,7 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
     return EventFile(rows, metadata | {"scene": scene_text, "kinds": kinds}), scene
 
 
-def _read(path: Path) -> tuple[NDArray[Any], list[str]]:
+def _read(path: Path) -> tuple[Array, list[str]]:
     pa, pq = pyarrow_modules()
     partial, left = f"{path}{PARTIAL}", ""
     if not os.path.exists(path) and os.path.exists(partial):
@@ -116,7 +116,7 @@ def _check_columns(pa: Any, path: Path, schema: Any) -> None:
         )
 
 
-def _read_rows(path: Path, file: Any) -> NDArray[Any]:
+def _read_rows(path: Path, file: Any) -> Array:
     count, size = file.metadata.num_rows, os.stat(path).st_size
     if count > size:  # Snappy makes at most 21 bytes of one: the 72 of a row's floats take more than three
         raise RecordError(f"{path} is damaged: {count:,} rows cannot be in {size:,} bytes")
@@ -147,7 +147,7 @@ class KindsByHand:
         self.runs: Runs = []
         self._next = max(kind_of_each(scene), default=-1) + 1 if self.several else 0
 
-    def add(self, bodies: npt.NDArray[Any], kinds_of: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> None:
+    def add(self, bodies: Array, kinds_of: Callable[[Array], Array]) -> None:
         """Notes the kinds of those of these bodies, in ascending order, that have not been noted."""
         new = bodies[bodies >= self._next]
         if self.several and len(new):
@@ -163,7 +163,7 @@ def _extend(runs: Runs, kinds: Iterable[tuple[int, Any]]) -> None:
             runs.append([body, body, kind])
 
 
-def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
+def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> Array:
     """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: "wall" for a
     number below 0, None for a body of which the runs do not say it. TypeError for no numbers."""
     numbers = body_numbers(bodies)

@@ -22,8 +22,8 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Array
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.log import INSERTED, LOG
 from kinetile.records.finishing import PARTIAL, event_target, finish, pyarrow_modules
@@ -94,13 +94,13 @@ class EventRecorder:
         self._frame = {"start": scene.start, "time_unit": scene.time_unit, "places": places}
         self._answer = scene.answer
         self._kinds = KindsByHand(scene)
-        self._kinds_of: Callable[[NDArray[Any]], NDArray[Any]] | None = None
+        self._kinds_of: Callable[[Array], Array] | None = None
         self._last = self._reached = scene.start
         self.rows = 0
         self.missing = 0
         self.status = "running"
         self._taken = 0
-        self._pending: list[NDArray[Any]] = []
+        self._pending: list[Array] = []
         self._waiting = 0
         self._flushed = monotonic()
         self._full: RecordError | None = None
@@ -162,7 +162,7 @@ class EventRecorder:
         self._taken = self.rows
         return new
 
-    def _found(self, file: LogFile) -> tuple[tuple[int, int], NDArray[Any]]:
+    def _found(self, file: LogFile) -> tuple[tuple[int, int], Array]:
         """Returns where the batches of this run end in a log, and its rows behind that, within a batch."""
         assert self._behind is not None
         with file.reader() as content:
@@ -170,7 +170,7 @@ class EventRecorder:
         self.rows = self._behind.rows - len(rows)
         return at, rows
 
-    def _earlier(self) -> NDArray[Any]:
+    def _earlier(self) -> Array:
         if self._behind is None or not self._target.exists():
             return np.zeros(0, LOG)
         found = read_events(self._target)
@@ -191,7 +191,7 @@ class EventRecorder:
         else:
             self.close(f"fault: {type(error).__name__}: {error}")
 
-    def __call__(self, rows: NDArray[Any]) -> None:
+    def __call__(self, rows: Array) -> None:
         """Takes the next rows (dtype LOG), which are copied.
 
         Raises RecordError when the disk is full, and outside of the ``with`` in which the file is open.
@@ -288,7 +288,7 @@ class EventRecorder:
                     )
                     raise self._full from error
 
-    def _write(self, rows: NDArray[Any], *, more: bool = False) -> None:
+    def _write(self, rows: Array, *, more: bool = False) -> None:
         """Writes a batch of rows, and the run's time; ``more``: others follow at once."""
         last = float(rows["time"][-1]) if len(rows) else self._last
         self._log.write(self._metadata(last, behind=more), rows)

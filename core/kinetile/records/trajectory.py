@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Array, Floats, Integers
 from kinetile.errors import RecordError, answering
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import INSERTED, LOG, MOVED, REANCHORED, REMOVED, TURNED
@@ -37,14 +37,14 @@ class PlansAt(NamedTuple):
     """Flight plans at a time: of which bodies (n,), their plans, the time since their anchors (n,), the
     periods that were taken off the anchors (n, 2), and their accelerations (n, 2)."""
 
-    bodies: NDArray[np.int64]
+    bodies: Integers
     plan: Plan | AcceleratedPlan
-    elapsed: NDArray[np.float64]
-    images: NDArray[np.float64]
-    acceleration: NDArray[np.float64]
+    elapsed: Floats
+    images: Floats
+    acceleration: Floats
 
     @property
-    def places(self) -> NDArray[np.float64]:
+    def places(self) -> Floats:
         """Where the bodies are, (n, 2)."""
         return positions_after(self.plan, self.elapsed)
 
@@ -56,7 +56,7 @@ _AT_ONCE = 1 << 16
 """Flights that are checked at once: all of a long run would take three times the memory of its rows."""
 
 
-def first_accelerations(scene: Scene, numbers: int) -> NDArray[np.float64]:
+def first_accelerations(scene: Scene, numbers: int) -> Floats:
     """Returns the accelerations (numbers, 2) with which bodies begin, by their numbers; that of gravity for
     one that is neither of the scene nor of an insertion that it plans."""
     found = np.tile(np.array(scene.gravity), (numbers, 1))
@@ -73,7 +73,7 @@ class Trajectory:
     bodies fly on. Raises RecordError where rows are missing, as without a recorder in one of the runs."""
 
     @answering
-    def __init__(self, rows: NDArray[Any], scene: Scene, end: float | None = None) -> None:
+    def __init__(self, rows: Array, scene: Scene, end: float | None = None) -> None:
         if getattr(rows, "dtype", None) != LOG:
             raise TypeError(f"Trajectory: rows is {shown(rows)}; expected an array of the dtype kinetile.LOG")
         if end is not None and not is_finite(end):
@@ -111,33 +111,33 @@ class Trajectory:
         except (RecordError, ValueError) as error:
             raise RecordError(f"{path} is no whole trajectory: {error}") from error
 
-    def positions(self, time: float) -> NDArray[np.float64]:
+    def positions(self, time: float) -> Floats:
         """Returns the positions (n, 2) of all bodies that there are at ``time``, in the order of ``bodies``;
         along a periodic axis from 0 to less than the period. Raises ValueError unless it is finite and not
         before the start."""
         return in_box(self.flight_plans(time).places, self.scene.periods)
 
-    def unwrapped(self, time: float) -> NDArray[np.float64]:
+    def unwrapped(self, time: float) -> Floats:
         """Returns the positions (n, 2) as if no axis were periodic: each body's first position and all that
         it has flown. In a scene without a periodic axis that is ``positions``."""
         plans = self.flight_plans(time)
         return np.asarray(plans.places + plans.images * self.scene.periods)
 
-    def bodies(self, time: float) -> NDArray[np.int64]:
+    def bodies(self, time: float) -> Integers:
         """Returns the numbers of the bodies that there are at ``time``, (n,), ascending."""
         return self.flight_plans(time).bodies
 
-    def velocities(self, time: float) -> NDArray[np.float64]:
+    def velocities(self, time: float) -> Floats:
         """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
         plans = self.flight_plans(time)
         return velocities_after(plans.plan, plans.elapsed)
 
-    def accelerations(self, time: float) -> NDArray[np.float64]:
+    def accelerations(self, time: float) -> Floats:
         """Returns the accelerations (n, 2) of all bodies at ``time``, after the events of that very time."""
         return self.flight_plans(time).acceleration
 
     @cached_property
-    def _accelerations(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _accelerations(self) -> tuple[Floats, Floats]:
         """Those with which bodies begin, (numbers, 2), and those in force from each flight on, (m, 2)."""
         begin = first_accelerations(self.scene, self._numbers)
         return begin, self._flights.accelerations(begin)
@@ -147,7 +147,7 @@ class Trajectory:
         return AcceleratedPlan(*plan, *acceleration.T) if acceleration.any() else plan
 
     @cached_property
-    def _images(self) -> NDArray[np.float64]:
+    def _images(self) -> Floats:
         """(m, 2) how many periods have been taken off the body of each flight since its first place."""
         order, parts = self._flights.by_body, (self._strayed(part)[0] for part in self._parts)
         off = whole_periods(np.concatenate([*parts]), self.scene.periods)
@@ -159,7 +159,7 @@ class Trajectory:
         found[order] = sums - (sums - off)[np.maximum.accumulate(np.where(begins, np.arange(len(body)), 0))]
         return found
 
-    def _strayed(self, which: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _strayed(self, which: slice) -> tuple[Floats, Floats]:
         """Returns (m, 2) where each body flies until the row of a flight, less where that row says it is; and
         the size of the numbers of each, for its rounding."""
         flights, rows, (begin, later) = self._flights, self.rows, self._accelerations
@@ -239,7 +239,7 @@ class Trajectory:
         (now,) = ticks_of(self.rows[row : row + 1]).tolist()
         return self._plans(numbers[(numbers >= 0) & (numbers < self._numbers)], row + 1, now)
 
-    def _plans(self, bodies: NDArray[np.int64], done: int, now: int) -> PlansAt:
+    def _plans(self, bodies: Integers, done: int, now: int) -> PlansAt:
         """Returns the plans of those of some bodies that there are at a tick, after so many rows."""
         begun, n = bodies < len(self.scene), len(bodies)
         index = np.searchsorted(self._keys, bodies * self._span + done) - 1
@@ -277,9 +277,7 @@ def gap(trajectory: Trajectory, before: int, after: int, what: str) -> RecordErr
     )
 
 
-def positions_at(
-    source: str | os.PathLike[str] | NDArray[Any], scene: Scene | None, time: float
-) -> NDArray[np.float64]:
+def positions_at(source: str | os.PathLike[str] | Array, scene: Scene | None, time: float) -> Floats:
     """Returns the positions (n, 2) of all bodies at ``time``, from rows (dtype LOG) of a scene, or an event
     file, which has its own (None). For many times, make one Trajectory."""
     if isinstance(source, (str, os.PathLike)):

@@ -12,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats, Rows
 from kinetile.errors import Mistake, constructed
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, TURNED, WALLS
@@ -19,7 +20,7 @@ from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
 from kinetile.kernel.tables import NOBODY
 from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
-from kinetile.run.engine.commands import COMMAND_ROWS, Rows, row_of
+from kinetile.run.engine.commands import COMMAND_ROWS, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
 from kinetile.run.engine.orders import command_rows
 from kinetile.run.prepared import widened
@@ -265,7 +266,7 @@ def read_accelerations(
     return rows, _with_pull(engine.scene, np.abs(pairs).max(axis=0, initial=0.0).tolist())
 
 
-def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
+def _pairs(given: object, count: int) -> Floats:
     """Returns (count, 2) numbers, given as such or as one pair; TypeError or ValueError for anything else."""
     pairs = np.asarray(given)
     if pairs.shape[-1:] != (2,) or pairs.dtype.kind == "c":
@@ -278,7 +279,7 @@ def _pairs(given: object, count: int) -> npt.NDArray[np.float64]:
 
 def _rows_and_pairs(
     engine: Engine, code: int, bodies: object, given: object, what: str
-) -> tuple[Rows, npt.NDArray[np.float64], float]:
+) -> tuple[Rows, Floats, float]:
     """Returns commands of a code for n bodies; (n, 2) finite numbers, given as such or as one pair for all;
     and a length that no pair exceeds."""
     try:
@@ -308,9 +309,9 @@ def _rows_and_pairs(
     return rows, pairs, 2.0 * math.sqrt(squares)
 
 
-def _slots_of(engine: Engine, numbers: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+def _slots_of(engine: Engine, numbers: Array) -> npt.NDArray[np.int32]:
     """Returns the slots of bodies; IndexError for a body that is not present."""
-    whole: npt.NDArray[Any] = numbers if numbers.dtype.kind == "i" else numbers.astype(np.int64)
+    whole: Array = numbers if numbers.dtype.kind == "i" else numbers.astype(np.int64)
     try:
         found: npt.NDArray[np.int32] = engine.k.slots.take(whole)
     except IndexError:  # beyond the table
@@ -459,17 +460,22 @@ def read_insertions(
         rows[those] = read(those[0])
     rows["x"], rows["y"] = places.T
     rows["vx"], rows["vy"] = flies.T
-    size = np.where(np.array(engine.scene.periods) > 0.0, FARTHEST * np.array(engine.scene.periods), LARGEST)
-    fine = (np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1)
-    for at in np.flatnonzero(~fine).tolist():
-        read(at)
-    accelerated = any(scene.bent for scene in scenes)
-    for at in np.flatnonzero((flies == 0.0).any(axis=1)).tolist() if accelerated else ():
+    for at in _odd(engine.scene, places, flies, any(scene.bent for scene in scenes)):
         read(at)
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))
     _check_speed(engine, math.hypot(*flies[fastest].tolist()), smallest)
     return rows, any(scene is not engine.scene for scene in scenes)
+
+
+def _odd(scene: Scene, places: Floats, flies: Floats, accelerated: bool) -> list[int]:
+    """Returns which bodies are to be read one by one: their numbers may be wrong, or need a wider scene."""
+    periods = np.array(scene.periods)
+    size = np.where(periods > 0.0, FARTHEST * periods, LARGEST)
+    odd = ~((np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1))
+    if accelerated:
+        odd |= (flies == 0.0).any(axis=1)
+    return np.flatnonzero(odd).tolist()
 
 
 def column(name: str, given: Any, many: int) -> list[Any]:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.errors import answering
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.images import FORESEEN
@@ -25,7 +26,7 @@ from kinetile.scene.bodies import Coordinates
 from kinetile.scene.checks import WALL_KIND, read_count
 from kinetile.scene.differences import core_difference
 from kinetile.scene.responses import Kind
-from kinetile.scene.shapes import Integers, Shape
+from kinetile.scene.shapes import Shape
 from kinetile.scene.values import body_numbers
 
 OfKinds = Kind | Iterable[Kind] | None

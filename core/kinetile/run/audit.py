@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
 from kinetile.kernel.compiled import compose, disowned, smaller, to_be_filled_in
@@ -46,7 +47,6 @@ from kinetile.plugin.registry import sentence
 from kinetile.run.candidates import named_near, pairs_of_named
 from kinetile.run.compose import Composition
 
-Integers = npt.NDArray[np.int64]
 Pairs = npt.NDArray[np.int32]
 
 OWN = "the phase's own audit: "

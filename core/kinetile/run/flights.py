@@ -5,11 +5,9 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Flags, Floats, Integers
 from kinetile.kernel.plan import Plan
-
-Integers = npt.NDArray[np.int64]
 
 COLUMNS_OF = {name: (f"a{name}", f"b{name}") for name in Plan._fields}
 """The columns of rows, of a and of b, by the names of their values."""
@@ -20,13 +18,13 @@ class Flights:
     """The flights that begin in ``rows`` (dtype LOG), in their order, a before b; (m,) each: the index of the
     ``row``, whether it is that of the row's b, and the number of the body."""
 
-    rows: npt.NDArray[Any]
+    rows: Array
     row: Integers
-    is_b: npt.NDArray[np.bool_]
+    is_b: Flags
     body: Integers
 
     @classmethod
-    def of(cls, rows: npt.NDArray[Any]) -> Self:
+    def of(cls, rows: Array) -> Self:
         """Returns the flights of rows."""
         bodies = np.empty(2 * len(rows), dtype=np.int64)
         bodies[0::2], bodies[1::2] = rows["a"], rows["b"]
@@ -34,7 +32,7 @@ class Flights:
         at = np.flatnonzero((bodies >= 0) & has_plans)
         return cls(rows, at // 2, at % 2 == 1, bodies[at])
 
-    def value(self, *names: str, which: Any = slice(None)) -> npt.NDArray[np.float64]:
+    def value(self, *names: str, which: Any = slice(None)) -> Floats:
         """Returns values of flights, all or some, at their begin, by names of ``Plan``, (m,) each."""
         row, is_b = self.row[which], self.is_b[which]
         columns = [
@@ -58,7 +56,7 @@ class Flights:
         found[self.by_body[1:][same]] = self.by_body[:-1][same]
         return found
 
-    def accelerations(self, before: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def accelerations(self, before: Floats) -> Floats:
         """Returns the accelerations (m, 2) in force from each flight on: those of the last row of its body
         that gives one, or else those ``before``, (n, 2) by the numbers of bodies."""
         gives = ((self.rows["b"] < 0) & ~np.isnan(self.rows["bx"]))[self.row]

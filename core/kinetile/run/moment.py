@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats, Integers, Rows
 from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
@@ -72,13 +73,13 @@ class Moment:
         """How many pairs the broad phase has reported as newly near at its events (``Readings``)."""
         return int(self._engine.count.newcomers[0])
 
-    def positions(self) -> npt.NDArray[np.float64]:
+    def positions(self) -> Floats:
         """Returns the positions now, (n, 2), in the order of ``bodies``; along a periodic axis from 0 to less
         than the period."""
         places = positions_now(self._engine.k, self._engine.taken)
         return in_box(places, self.scene.periods) if self.scene.periodic else places
 
-    def unwrapped(self) -> npt.NDArray[np.float64]:
+    def unwrapped(self) -> Floats:
         """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
         that it has flown. In a scene without a periodic axis that is ``positions``."""
         engine = self._engine
@@ -88,18 +89,18 @@ class Moment:
             places += np.column_stack([image["kx"], image["ky"]]) * np.array(self.scene.periods)
         return places
 
-    def velocities(self) -> npt.NDArray[np.float64]:
+    def velocities(self) -> Floats:
         """Returns the velocities now, (n, 2), in the order of ``bodies``."""
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
-    def accelerations(self) -> npt.NDArray[np.float64]:
+    def accelerations(self) -> Floats:
         """Returns the accelerations, (n, 2), in the order of ``bodies``: what is left where one is held."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, AcceleratedPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)
         return np.zeros((len(self.bodies), 2))
 
-    def whole_accelerations(self) -> npt.NDArray[np.float64]:
+    def whole_accelerations(self) -> Floats:
         """Returns the same as if no body were held."""
         return whole_pulls(self._engine.k, self._engine.taken)
 
@@ -114,15 +115,15 @@ class Moment:
         held = number.take(np.stack([bodies["support"], bodies["second"]], axis=-1), mode="wrap").tolist()
         return [tuple(two[:many]) for two, many in zip(held, bodies["supports"].tolist(), strict=True)]
 
-    def radii(self) -> npt.NDArray[np.float64]:
+    def radii(self) -> Floats:
         """Returns the radii, (n,), in the order of ``bodies``."""
         return np.asarray(self._engine.k.bodies.view(np.ndarray)["radius"][self._engine.taken])
 
-    def masses(self) -> npt.NDArray[np.float64]:
+    def masses(self) -> Floats:
         """Returns the masses, (n,), in the order of ``bodies``; ``math.inf`` for immovable ones."""
         return np.asarray(self._engine.k.mass)[self._engine.taken]
 
-    def shapes(self) -> npt.NDArray[Any]:
+    def shapes(self) -> Array:
         """Returns the shapes (``kinetile.Shape``), (n,) objects, as in ``bodies``; None each of discs."""
         engine = self._engine
         table = np.array([*engine.scene.shapes, None], dtype=object)
@@ -131,11 +132,11 @@ class Moment:
         return np.asarray(table[engine.k.bodies.view(np.ndarray)["form"][engine.taken]])
 
     @property
-    def kinds(self) -> npt.NDArray[Any]:
+    def kinds(self) -> Array:
         """The kinds of the present bodies, (n,) names or numbers as objects, in the order of ``bodies``."""
         return self.kinds_of(self.bodies)
 
-    def kinds_of(self, bodies: npt.ArrayLike) -> npt.NDArray[Any]:
+    def kinds_of(self, bodies: npt.ArrayLike) -> Array:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: the present
         ones of bodies that are there, the last ones of bodies that have gone, those with which others come;
         "wall" for a number below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that
@@ -152,7 +153,7 @@ class Moment:
             which[others] = self._kinds_by_number(numbers[others])
         return np.asarray(kinds[which])
 
-    def _kinds_by_number(self, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    def _kinds_by_number(self, numbers: Integers) -> Integers:
         scene, engine = self.scene, self._engine
         told, coming = engine.history.told, kinds_inserted(scene)
         came, many = np.array(told.inserted, dtype=np.int64).reshape(-1, 2).T
@@ -179,7 +180,7 @@ class Recorder(Protocol):
         """Called when a run begins, with its present moment, which follows the run, and the number of rows
         that the simulation had before the first one to come."""
 
-    def __call__(self, rows: npt.NDArray[np.void]) -> None:
+    def __call__(self, rows: Rows) -> None:
         """Takes the next rows (dtype LOG)."""
 
     def end(self, time: float) -> None:

@@ -18,6 +18,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats, Rows
 from kinetile.errors import BadOption, PhaseError, Refused
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.log import INSERTED, TURNED
@@ -33,7 +34,7 @@ from kinetile.run.moment import Moment
 from kinetile.run.saving.files import to_plain
 from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite, is_number, shown
-from kinetile.statistics import Blocks, Estimate, Floats, Named, Observed, Series
+from kinetile.statistics import Blocks, Estimate, Named, Observed, Series
 
 _INTERVALS = 100
 
@@ -49,8 +50,8 @@ class Collisions(NamedTuple):
     from ``a``. Where two bodies pass through each other all of these are NaN.
     """
 
-    a: npt.NDArray[Any]
-    b: npt.NDArray[Any]
+    a: Array
+    b: Array
     position: Any = None
     before: Any = None
     after: Any = None
@@ -338,14 +339,14 @@ class Observers:
         return count, self._collecting("velocities", lambda: _Plans(self._moment).collisions)
 
     def _collecting(
-        self, needs: str, reader: Callable[[], Callable[[npt.NDArray[np.void]], Collisions]]
+        self, needs: str, reader: Callable[[], Callable[[Rows], Collisions]]
     ) -> RowFunction | None:
         wanting = [each for each in self._observations if each.needs == needs]
         if not wanting:
             return None
         read = reader()
 
-        def collect(rows: npt.NDArray[np.void]) -> None:
+        def collect(rows: Rows) -> None:
             collisions = read(rows)
             for each in wanting:
                 each.collect(collisions)
@@ -406,7 +407,7 @@ class _Plans:
         self._velocity[moment.bodies] = moment.velocities()
         self._since[moment.bodies] = moment.exact_time
 
-    def _take_in(self, coming: npt.NDArray[Any]) -> None:
+    def _take_in(self, coming: Array) -> None:
         """Makes room for bodies, and reads the masses of all that are present."""
         present = self._moment.bodies
         more = int(max(coming.max(initial=-1), present.max(initial=-1))) + 1 - len(self._mass)
@@ -419,7 +420,7 @@ class _Plans:
         new = np.isnan(self._acceleration[present, 0])
         self._acceleration[present[new]] = self._moment.accelerations()[new]
 
-    def collisions(self, rows: npt.NDArray[np.void]) -> Collisions:
+    def collisions(self, rows: Rows) -> Collisions:
         """Returns the contacts among the rows of a chunk, and keeps the last velocity of each body."""
         if (rows["b"] == INSERTED).any():
             self._take_in(rows["a"])

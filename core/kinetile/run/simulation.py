@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, NoReturn, Self, cast
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Flags, Integers, Rows
 from kinetile.errors import (
     FAULTS,
     BadOption,
@@ -58,7 +59,7 @@ from kinetile.scene.checks import read_count
 from kinetile.scene.commands import name_like
 from kinetile.scene.responses import Kind
 from kinetile.scene.scene import Radii
-from kinetile.scene.shapes import Integers, Shape
+from kinetile.scene.shapes import Shape
 from kinetile.statistics import Observed
 
 
@@ -78,8 +79,8 @@ class Inserted(NamedTuple):
     """What ``insert_many`` has done: (n,) the ``numbers`` of the bodies, -1 without room; which are
     ``refused``; and ``reasons``, by the place in the call: errors, whose text is made when it is read."""
 
-    numbers: npt.NDArray[np.int64]
-    refused: npt.NDArray[np.bool_]
+    numbers: Integers
+    refused: Flags
     reasons: Mapping[int, Exception]
 
 
@@ -651,12 +652,12 @@ class Simulation(AskedMoment):
     # Results
 
     @property
-    def contacts(self) -> npt.NDArray[np.void]:
+    def contacts(self) -> Rows:
         """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), read-only. Reading copies
         those since the last reading. Raises ValueError if none are kept."""
         return self._engine.ledger.contacts
 
-    def contacts_since(self, count: int) -> npt.NDArray[np.void]:
+    def contacts_since(self, count: int) -> Rows:
         """Returns the contacts after the first ``count``; ValueError if none are kept, or below 0."""
         return self._engine.ledger.contacts_since(read_count(count, "count", "contacts"))
 

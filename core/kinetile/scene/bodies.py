@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Array, Flags, Floats, Integers
 from kinetile.errors import Mistake
 from kinetile.scene.checks import (
     FARTHEST,
@@ -25,10 +26,10 @@ from kinetile.scene.checks import (
     Extent,
     shown,
 )
-from kinetile.scene.shapes import SEGMENTS, Bools, Floats, Integers, Table, overlapping_shapes
+from kinetile.scene.shapes import SEGMENTS, Table, overlapping_shapes
 from kinetile.scene.values import VALUES
 
-Coordinates: TypeAlias = Sequence[float] | npt.NDArray[Any]
+Coordinates: TypeAlias = Sequence[float] | Array
 """A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
 
 
@@ -42,18 +43,18 @@ class Bodies:
     velocity: Floats
     radius: Floats
     mass: Floats
-    unknown: Mapping[str, Bools]
+    unknown: Mapping[str, Flags]
     table: Table | None = None
 
     def __len__(self) -> int:
         return len(self.mass)
 
-    def known(self, *names: str) -> Bools:
+    def known(self, *names: str) -> Flags:
         """Returns (n,) the bodies of which all these fields are known."""
         return np.asarray(~np.logical_or.reduce([self.unknown[name] for name in names]))
 
 
-def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Bools], mistakes: list[Mistake]) -> Bodies:
+def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Flags], mistakes: list[Mistake]) -> Bodies:
     """Copies the bodies' fields, by their names, to arrays of matching shapes; reports values that are no
     numbers, and marks them as unknown, like those that were not read from a file."""
     read: dict[str, Floats] = {}
@@ -71,7 +72,7 @@ def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Bools], mistakes:
             read[name] = array
     sized = [len(array) for array in read.values() if array.ndim]
     bodies = sized[0] if sized else 0
-    unknown: dict[str, Bools] = {}
+    unknown: dict[str, Flags] = {}
     for name in given:
         array = read.get(name)
         if array is not None and array.ndim and len(array) != bodies:
@@ -110,7 +111,7 @@ def _is_masked(value: object) -> bool:
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.is_masked(value))
 
 
-def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
+def _first_rounded(array: Array, floats: Floats) -> str | None:
     """Returns the first number of an array of a wider type that is not the same as float64; None: all are."""
     if array.dtype.kind in "iu" and array.dtype.itemsize == 8:
         far = np.flatnonzero(np.abs(floats) >= 2.0**53)
@@ -124,7 +125,7 @@ def _first_rounded(array: npt.NDArray[Any], floats: Floats) -> str | None:
 FIXED = "none: nothing moves a body of infinite mass"
 
 
-def read_accelerations(given: Any, bodies: Bodies, unread: Bools | None, mistakes: list[Mistake]) -> Floats:
+def read_accelerations(given: Any, bodies: Bodies, unread: Flags | None, mistakes: list[Mistake]) -> Floats:
     """Returns (n, 2) the accelerations that bodies have of their own, NaN for those without one; a row of NaN
     is given for none. Reports what is no acceleration; ``unread`` has been reported."""
     found = np.full((len(bodies), 2), math.nan)
@@ -156,14 +157,14 @@ _ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are 
 BODY_COLUMNS = ("position", "velocity", "radius", "mass")
 """The fields of a body that are numbers."""
 
-Passing: TypeAlias = tuple[npt.NDArray[np.int64], Bools]
+Passing: TypeAlias = tuple[Integers, Flags]
 """(n,) the kinds of bodies, and (kinds, kinds) which pass through each other, and so may overlap."""
 
 
 def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> list[Mistake]:
     """Checks bodies against each other and the arena; its extent is None without an arena, or a right one."""
     mistakes: list[Mistake] = []
-    right: dict[str, Bools] = {}
+    right: dict[str, Flags] = {}
     for name in BODY_COLUMNS:
         numbers = getattr(bodies, name)
         held = VALUES[name].holds(numbers)
@@ -198,7 +199,7 @@ def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
 
 
 def _spell_out(
-    wrong: Bools,
+    wrong: Flags,
     field: str,
     found: Floats | Callable[[int], str],
     expected: str | Callable[[Any], str],
@@ -217,7 +218,7 @@ def _spell_out(
     return mistakes
 
 
-def _check_inside(bodies: Bodies, extent: Extent, placed: Bools) -> list[Mistake]:
+def _check_inside(bodies: Bodies, extent: Extent, placed: Flags) -> list[Mistake]:
     position, radius, table = bodies.position, bodies.radius, bodies.table
     left, right, down, up = (radius,) * 4 if table is None else table.reaches.T
     arena, walls_of = extent.sides, {"x": ("left", "right"), "y": ("bottom", "top")}
@@ -244,7 +245,7 @@ def _check_inside(bodies: Bodies, extent: Extent, placed: Bools) -> list[Mistake
     return _spell_out(np.logical_or.reduce(list(outside.values())), "position", found, expected)
 
 
-def _check_images(bodies: Bodies, periods: tuple[float, float], placed: Bools) -> list[Mistake]:
+def _check_images(bodies: Bodies, periods: tuple[float, float], placed: Flags) -> list[Mistake]:
     """Checks that no body would meet itself, and with shapes that no two would touch through two images at a
     time; or that a body is so far away that its periods cannot be counted."""
     position, radius = bodies.position, bodies.radius
@@ -268,7 +269,7 @@ def _check_apart(
     placed: npt.NDArray[np.intp],
     passing: Passing,
     periods: tuple[float, float],
-    movable: Bools,
+    movable: Flags,
 ) -> list[Mistake]:
     """Reports the first LIMIT pairs of those ``placed`` that may not overlap and do, and how many more."""
     (kind, passes), table = passing, bodies.table

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from kinetile.arrays import Flags, Integers
 from kinetile.errors import BadOption, Mistake, SceneError, answering, printable
 from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import PluginKind as PluginKind
@@ -36,7 +37,7 @@ from kinetile.scene.schema import (
     written,
 )
 from kinetile.scene.settings import Settings, check_end
-from kinetile.scene.shapes import Bools, Integers, Obstacle, Shape, polyline, read_shape, shape_row
+from kinetile.scene.shapes import Obstacle, Shape, polyline, read_shape, shape_row
 from kinetile.scene.values import VALUES
 from kinetile.targets import write_file
 
@@ -241,7 +242,7 @@ class _File:
         given: Given,
         turns: Sequence[tuple[str, Turn]],
         commands: Sequence[tuple[str, Command]],
-        unread: Mapping[str, Bools],
+        unread: Mapping[str, Flags],
     ) -> Scene:
         unread_kinds = any(place[0] in ("bodies", "kinds") for place in self.faults)
         left_out = any(each.where.startswith(("commands", "obstacles")) for each in self.mistakes)
@@ -322,10 +323,10 @@ class _File:
         narrow_phases = None if narrow is None else tuple(narrow)
         return Settings(broad, narrow_phases, options, self._usable("until"), self._usable("end"))
 
-    def _columns(self, rows: Sequence[Any]) -> tuple[dict[str, Any], dict[str, Bools]]:
+    def _columns(self, rows: Sequence[Any]) -> tuple[dict[str, Any], dict[str, Flags]]:
         """Returns the arrays of the bodies, and of each the values that are unreadable: they are NaN."""
         columns: dict[str, Any] = {}
-        unread: dict[str, Bools] = {}
+        unread: dict[str, Flags] = {}
         none = (np.nan, np.nan)
         defaults = {"position": None, "velocity": (0.0, 0.0), "radius": None, "mass": 1.0}
         if any("acceleration" in row for _, row in self._whole(rows)):
@@ -344,7 +345,7 @@ class _File:
         kept = [each for each in made if each is not None]
         return kept if len(kept) == len(self._usable("shapes", ())) else None
 
-    def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Integers, Bools]:
+    def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Integers, Flags]:
         """Returns the number of each body's shape, and of which bodies it is unreadable."""
         index, unread = np.zeros(len(rows), dtype=np.int64), np.ones(len(rows), dtype=np.bool_)
         for i, row in self._whole(rows):

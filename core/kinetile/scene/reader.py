@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinetile.arrays import Flags, Floats
 from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, time_unit
 from kinetile.kernel.plan import LEAST_SPAN, SHARE, shortest
@@ -39,7 +40,7 @@ from kinetile.scene.commands import (
 from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull
 from kinetile.scene.responses import SceneRules, read_rules, refusals, settles
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Bools, Floats, Obstacle, Shape, Table, are_given, beside, read_table
+from kinetile.scene.shapes import Obstacle, Shape, Table, are_given, beside, read_table
 from kinetile.scene.values import VALUES
 
 
@@ -82,7 +83,7 @@ class FilePlaces(NamedTuple):
     source: str | None = None
     mistakes: Sequence[Mistake] = ()
     faults: Collection[str] = ()
-    unread: Mapping[str, Bools] = {}
+    unread: Mapping[str, Flags] = {}
     complete: bool = True
     turns: Sequence[str] | None = None
     commands: Mapping[str, str] | None = None
@@ -125,36 +126,16 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     names = _read_names(given, len(bodies), mistakes)
     commands = called(commands, names, len(bodies), mistakes)
     until = settings.until if given.until is None else given.until
-    framed = check_frame(given.arena, given.start, until)
-    amiss = {mistake.where for mistake in framed}
-    wrong = check_periodic(given.periodic, given.arena is not None)
-    mistakes += framed + wrong
-    known_arena = given.arena is not None and "arena" not in amiss
-    sides = (float(given.arena[0]), float(given.arena[1])) if known_arena else None
-    periodic = "" if wrong or sides is None else given.periodic
-    extent = None if sides is None else Extent(sides, periodic)
-    walls_known = not (wrong or "arena" in amiss)
-    gravity = _read_gravity(given, periodic, walls_known, mistakes)
-    pulls = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)  # (n, 2), of each body
-    if given.acceleration is not None:
-        own = read_accelerations(given.acceleration, bodies, places.unread.get("acceleration"), mistakes)
-        pulls = np.where(np.isnan(own), pulls, own + 0.0)
-    pulling = _pulling(commands)
-    if walls_known:
-        mistakes += _check_pulls(bodies, pulls, commands, pulling, periodic)
-    pull = _largest(pulls, pulling, gravity)
-    if given.arena is None and until is None and any(pull):
+    around = _read_around(given, until, mistakes)
+    pulls = _read_pulls(given, places, bodies, commands, around, mistakes)
+    if given.arena is None and until is None and any(pulls.most):
         right = "an end, or an arena: without either accelerated bodies fall for ever"
         mistakes.append(Mistake("until", "nothing", right))
     rules = _read_rules(given, bodies, commands, places.complete, mistakes)
-    mistakes += check_bodies(bodies, extent, (rules.kind, rules.passing))
-    start = None if "start" in amiss else float(given.start)
-    right = "a sequence of turns: (body, time, (vx, vy))"
-    turns = _listed("turns", given.turns, right, places.turns, mistakes)
-    for where, turn in turns:
-        mistakes += check_turn(turn, where, len(bodies), start)
+    mistakes += check_bodies(bodies, around.extent, (rules.kind, rules.passing))
+    turns = _read_turns(given, places, len(bodies), around, mistakes)
     for where, command in commands:
-        mistakes += check_command(command, where, start, extent)
+        mistakes += check_command(command, where, around.start, around.extent)
     mistakes += VALUES["unit"].mistakes(given.unit, "unit") if given.unit is not None else []
     mistakes += check_settings(settings)
     _raise(mistakes, places)
@@ -163,43 +144,122 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     start = float(given.start)
     unit = None if given.unit is None else float(given.unit)
     first = rules.kinds[0] if rules.kinds != (0,) else None
-    apart = ((where, Turn(*turn)) for where, turn in turns)
-    every = with_ends([*sorted(apart, key=lambda pair: (pair[1].time, pair[1].body)), *commands])
+    every = with_ends([*sorted(turns, key=lambda pair: (pair[1].time, pair[1].body)), *commands])
     known = numbered([command for _, command in every], first)
-    clock = Clock(start, unit or unit_of(bodies, sides, known, pull))
+    clock = Clock(start, unit or unit_of(bodies, around.sides, known, pulls.most))
     order = _order(known, clock)
     kept = tuple(known[k] for k in order)
     mistakes = check_pace(start, clock.unit)
-    resting = any(pull) and any(settles(each) for _, each in rules.responses)
-    if any(pull):
-        mistakes += _check_chords(bodies, commands, pull, clock.unit)
-        if sides is None and until is not None and max(pull) * (until - start) > LARGEST:
-            right = f"an end by which bodies are no faster than {LARGEST:.1e}"
-            mistakes.append(Mistake("until", shown(until), right))
+    resting = any(pulls.most) and any(settles(each) for _, each in rules.responses)
+    if any(pulls.most):
+        mistakes += _check_flights(bodies, commands, pulls.most, clock, around, until)
     mistakes += check_presence(kept, [every[k][0] for k in order], len(bodies))
     _raise(mistakes + check_end(settings, clock), places)
+    return _arrays_of(bodies, pulls.each, rules) | {
+        "arena": around.sides,
+        "commands": kept,
+        "start": start,
+        "unit": unit,
+        "time_unit": clock.unit,
+        "settings": settings,
+        "origin": dict(given.origin or {}),
+        "periodic": given.periodic,
+        "gravity": pulls.gravity,
+        "pull": pulls.most,
+        "uniform": not any(pulls.most) or (not resting and _is_uniform(pulls.each, kept, pulls.gravity)),
+        "resting": resting,
+        "names": names,
+    }
+
+
+class _Around(NamedTuple):
+    """What is around bodies, as far as it is right: the ``sides`` of the arena, which is ``periodic`` along
+    these axes, and both together; when the scene starts; and whether it is known where walls are."""
+
+    sides: tuple[float, float] | None
+    periodic: str
+    extent: Extent | None
+    start: float | None
+    walls_known: bool
+
+
+def _read_around(given: Given, until: Any, mistakes: list[Mistake]) -> _Around:
+    framed = check_frame(given.arena, given.start, until)
+    amiss = {mistake.where for mistake in framed}
+    wrong = check_periodic(given.periodic, given.arena is not None)
+    mistakes += framed + wrong
+    known = given.arena is not None and "arena" not in amiss
+    sides = (float(given.arena[0]), float(given.arena[1])) if known else None
+    periodic = "" if wrong or sides is None else given.periodic
+    extent = None if sides is None else Extent(sides, periodic)
+    start = None if "start" in amiss else float(given.start)
+    return _Around(sides, periodic, extent, start, not (wrong or "arena" in amiss))
+
+
+class _Pulls(NamedTuple):
+    """Accelerations: (n, 2) of each body; that of gravity; and the largest along x and y, of commands too."""
+
+    each: Floats
+    gravity: tuple[float, float]
+    most: tuple[float, float]
+
+
+def _read_pulls(
+    given: Given,
+    places: FilePlaces,
+    bodies: Bodies,
+    commands: Sequence[tuple[str, Any]],
+    around: _Around,
+    mistakes: list[Mistake],
+) -> _Pulls:
+    gravity = _read_gravity(given, around.periodic, around.walls_known, mistakes)
+    pulls = np.where(np.isinf(bodies.mass)[:, None], 0.0, gravity)
+    if given.acceleration is not None:
+        own = read_accelerations(given.acceleration, bodies, places.unread.get("acceleration"), mistakes)
+        pulls = np.where(np.isnan(own), pulls, own + 0.0)
+    pulling = _pulling(commands)
+    if around.walls_known:
+        mistakes += _check_pulls(bodies, pulls, commands, pulling, around.periodic)
+    return _Pulls(pulls, gravity, _largest(pulls, pulling, gravity))
+
+
+def _read_turns(
+    given: Given, places: FilePlaces, bodies: int, around: _Around, mistakes: list[Mistake]
+) -> list[tuple[str, Turn]]:
+    right = "a sequence of turns: (body, time, (vx, vy))"
+    turns = _listed("turns", given.turns, right, places.turns, mistakes)
+    wrong = [mistake for where, turn in turns for mistake in check_turn(turn, where, bodies, around.start)]
+    mistakes += wrong
+    return [] if wrong else [(where, Turn(*turn)) for where, turn in turns]
+
+
+def _check_flights(
+    bodies: Bodies,
+    commands: Sequence[tuple[str, Any]],
+    pull: tuple[float, float],
+    clock: Clock,
+    around: _Around,
+    until: Any,
+) -> list[Mistake]:
+    """Returns mistakes of accelerated bodies: what the clock, or doubles, do not hold."""
+    mistakes = _check_chords(bodies, commands, pull, clock.unit)
+    if around.sides is None and until is not None and max(pull) * (until - clock.start) > LARGEST:
+        right = f"an end by which bodies are no faster than {LARGEST:.1e}"
+        mistakes.append(Mistake("until", shown(until), right))
+    return mistakes
+
+
+def _arrays_of(bodies: Bodies, pulls: Floats, rules: SceneRules) -> dict[str, Any]:
+    """Returns the fields that say something of each body, arrays read-only, with the tables they name."""
     table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
     arrays = {name: getattr(bodies, name) for name in BODY_COLUMNS}
     arrays |= {"shape": table.index, "acceleration": pulls}
     for array in (*arrays.values(), rules.kind):
         array.flags.writeable = False
     return arrays | {
-        "arena": sides,
-        "commands": kept,
-        "start": start,
-        "unit": unit,
-        "time_unit": clock.unit,
+        "shapes": table.shapes,
         "kind": tuple(rules.kinds[each] for each in rules.kind.tolist()),
         "responses": rules.responses,
-        "settings": settings,
-        "origin": dict(given.origin or {}),
-        "periodic": given.periodic,
-        "gravity": gravity,
-        "pull": pull,
-        "uniform": not any(pull) or (not resting and _is_uniform(pulls, kept, gravity)),
-        "resting": resting,
-        "shapes": table.shapes,
-        "names": names,
         "kinds": rules.kinds,
         "kind_numbers": rules.kind,
     }
@@ -229,7 +289,7 @@ def _listed_shapes(given: Given) -> tuple[Shape, ...]:
 
 
 def _read_bodies(
-    given: Given, unread: Mapping[str, Bools], coming: Sequence[Shape], mistakes: list[Mistake]
+    given: Given, unread: Mapping[str, Flags], coming: Sequence[Shape], mistakes: list[Mistake]
 ) -> Bodies:
     """Returns the bodies, and the obstacles after them; appends what makes their columns unreadable. The
     table of shapes has those of bodies that are still to come as well."""

@@ -19,8 +19,8 @@ from itertools import permutations
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Flags, Integers
 from kinetile.errors import KinetileError, Mistake, Refused, nearest, one_of
 from kinetile.plugin.choices import called
 from kinetile.scene.checks import (
@@ -79,7 +79,7 @@ class Response:
 
 
 Answer: TypeAlias = str | Response
-Kinds: TypeAlias = Kind | Sequence[str] | Sequence[int] | Sequence[Kind | None] | npt.NDArray[Any]
+Kinds: TypeAlias = Kind | Sequence[str] | Sequence[int] | Sequence[Kind | None] | Array
 """Kinds of bodies as an argument: one for each, None for the scene's first, or one for all."""
 
 Responses: TypeAlias = Answer | Mapping[tuple[Any, Any], Answer] | tuple[tuple[Pair, Response], ...]
@@ -100,9 +100,9 @@ class SceneRules(NamedTuple):
     response each, and (kinds, kinds + 1) which are ``passing`` through each other; none through a wall."""
 
     kinds: tuple[Kind, ...]
-    kind: npt.NDArray[np.int64]
+    kind: Integers
     responses: tuple[tuple[Pair, Response], ...]
-    passing: npt.NDArray[np.bool_]
+    passing: Flags
 
 
 def read_rules(

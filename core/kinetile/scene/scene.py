@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Floats, Integers
 from kinetile.errors import BadOption, Mistake, SceneError, answering, constructed, key_of, no_attribute
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER
@@ -24,7 +25,7 @@ from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import NO_FILE, FilePlaces, Given, fill
 from kinetile.scene.responses import Kind, Kinds, Pair, Response, Responses, kinds_that_follow, table
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Floats, Obstacle, Shape, check_obstacle
+from kinetile.scene.shapes import Obstacle, Shape, check_obstacle
 
 Radii: TypeAlias = "npt.ArrayLike | None"
 Accelerations: TypeAlias = "npt.ArrayLike | None"
@@ -85,14 +86,14 @@ class Scene:
     settings: Settings
     origin: Mapping[str, Any]
     periodic: str
-    shape: npt.NDArray[np.int64]
+    shape: Integers
     shapes: tuple[Shape, ...]
     gravity: tuple[float, float]
     acceleration: Floats
     names: tuple[str | None, ...]
 
     kinds: ClassVar[tuple[Kind, ...]]
-    kind_numbers: ClassVar[npt.NDArray[np.int64]]
+    kind_numbers: ClassVar[Integers]
     time_unit: ClassVar[float]
     pull: ClassVar[tuple[float, float]]
     uniform: ClassVar[bool]

@@ -16,15 +16,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Flags, Floats, Integers
 from kinetile.errors import Mistake, SceneError, answering, key_of
 from kinetile.lazy import needed
 from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, is_finite, shown
 from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
 from kinetile.scene.values import SIZE, VALUES
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 MOST_CORNERS = 8
 """The most corners of a core."""
@@ -341,8 +338,8 @@ class Table:
     """The shapes of a scene's bodies: the table, (n,) the index of each body, and (n,) which are unknown."""
 
     shapes: tuple[Shape, ...]
-    index: npt.NDArray[np.int64]
-    unknown: npt.NDArray[np.bool_]
+    index: Integers
+    unknown: Flags
 
     @property
     def discs(self) -> bool:
@@ -350,27 +347,27 @@ class Table:
         return not self.unknown.any() and all(each.is_disc for each in self.shapes)
 
     @property
-    def radius(self) -> npt.NDArray[np.float64]:
+    def radius(self) -> Floats:
         """(n,) the reach of each body's shape; NaN where it is unknown."""
         return np.append([each.reach for each in self.shapes], math.nan)[self._known]
 
     @property
-    def reaches(self) -> npt.NDArray[np.float64]:
+    def reaches(self) -> Floats:
         """(n, 4) how far each body reaches to the left, right, bottom and top; NaN where it is unknown."""
         return np.array([*(each.reaches for each in self.shapes), (math.nan,) * 4])[self._known]
 
     @property
-    def hollow(self) -> npt.NDArray[np.bool_]:
+    def hollow(self) -> Flags:
         """(n,) whose shapes have no interior; False where they are unknown."""
         return np.array([*(not each.is_solid for each in self.shapes), False])[self._known]
 
     @property
-    def _known(self) -> npt.NDArray[np.int64]:
+    def _known(self) -> Integers:
         return np.where(self.unknown, len(self.shapes), self.index)
 
 
 def read_table(
-    shape: Any, shapes: Any, bodies: int, mistakes: list[Mistake], unread: npt.NDArray[np.bool_] | None = None
+    shape: Any, shapes: Any, bodies: int, mistakes: list[Mistake], unread: Flags | None = None
 ) -> Table:
     """Returns the shapes of bodies as given, and appends mistakes, but of those without numbers, (n,)."""
     nothing, everything = np.zeros(bodies, dtype=np.int64), np.ones(bodies, dtype=np.bool_)
@@ -397,7 +394,7 @@ def read_table(
 
 
 def beside(
-    table: Table | None, radius: Floats, unread: Bools, obstacles: Sequence[Obstacle], listed: Iterable[Shape]
+    table: Table | None, radius: Floats, unread: Flags, obstacles: Sequence[Obstacle], listed: Iterable[Shape]
 ) -> Table:
     """Returns the shapes of bodies and of obstacles after them: those listed come first, others as they are
     met; ``table`` is None for discs of (n,) these radii, some of them unread."""

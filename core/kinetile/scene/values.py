@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.errors import Mistake
 from kinetile.kernel.clock import LONGEST_UNIT, TICKS
 from kinetile.scene.checks import (
@@ -82,7 +82,7 @@ class Value:
         return [Mistake(where, shown(found), expected)] if expected else []
 
 
-def body_numbers(bodies: Any) -> npt.NDArray[np.int64]:
+def body_numbers(bodies: Any) -> Integers:
     """Returns the numbers of bodies, -1 for those below 0; TypeError for what are none."""
     try:
         numbers = np.asarray(bodies)

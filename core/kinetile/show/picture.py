@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from pathlib import PurePath
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array
 from kinetile.errors import legible, printable
 from kinetile.kernel.clock import TICKS
 from kinetile.plugin.drawing import ROLES, At, Box, Entry, Item, Link, Point, points_of, with_points
@@ -32,7 +32,6 @@ WITHOUT_PAIRS = ", without pairs (--pairs)"
 """The end of the caption of a picture from which they are left out."""
 
 Position = tuple[float, float]
-Array = npt.NDArray[Any]
 
 
 def escape(text: str) -> str:

@@ -11,8 +11,8 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.shapes_exactly import HEAD, WIDE
 from kinetile.scene.differences import Exact, Place, core_difference, cross, dot, exact, less
@@ -35,7 +35,7 @@ MOST = 40_000
 """Differences that a scene can have: some seconds, and 100 MB."""
 
 
-def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]) -> npt.NDArray[np.float64]:
+def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]) -> Floats:
     """Returns the table for pairs of shapes, by their numbers: how many shapes there are, where the row of
     the difference of shape i less shape j begins, at 1 + i len(shapes) + j, or 0 where there is none, and the
     rows (``kinetile.kernel.certificates.shapes_exactly``)."""
@@ -49,7 +49,7 @@ def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]
 
 
 @lru_cache(maxsize=2)  # a scene is prepared for a run, then for each growth of its tables and each copy of it
-def _table(shapes: tuple[Shape, ...], wanted: tuple[tuple[int, int], ...]) -> npt.NDArray[np.float64]:
+def _table(shapes: tuple[Shape, ...], wanted: tuple[tuple[int, int], ...]) -> Floats:
     index = np.zeros(1 + len(shapes) ** 2)
     index[0] = len(shapes)
     rows, end = [index], len(index)
@@ -61,7 +61,7 @@ def _table(shapes: tuple[Shape, ...], wanted: tuple[tuple[int, int], ...]) -> np
 
 
 @lru_cache(maxsize=4096)
-def difference_row(one: Outline, other: Outline) -> npt.NDArray[np.float64]:
+def difference_row(one: Outline, other: Outline) -> Floats:
     """Returns the row of a difference, of the cores and radii of two shapes."""
     corners = core_difference(one[0], other[0])
     radius = Fraction(one[1]) + Fraction(other[1])

@@ -7,8 +7,8 @@ origin bodies can come.
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.plan import SHARE
 from kinetile.kernel.skin import Skin
@@ -19,7 +19,7 @@ SPANS = 4
 """Spans of the clock for which the skin of a scene without walls is valid."""
 
 
-def reach_of(scene: Scene) -> npt.NDArray[np.float64]:
+def reach_of(scene: Scene) -> Floats:
     """Returns (n,) the reach of each body at the start: its radius and the skin, as in ``k.bodies.reach``:
     for sizes in ``prepare``. A scene with an arena is assumed to have walls.
 
@@ -38,7 +38,7 @@ def skin_at_start(scene: Scene, walls: bool, slots: int | None = None, limit: fl
     return Skin.of(count, extent, speed, scene.time_unit / TICKS, margin_of(scene, limit))
 
 
-def extent_of(scene: Scene, walls: bool, speed: float, far: npt.NDArray[np.float64], spans: int) -> float:
+def extent_of(scene: Scene, walls: bool, speed: float, far: Floats, spans: int) -> float:
     """Returns how far from the origin of an axis a plan's place, and what a body reaches from there, can be,
     at a speed.
 

@@ -5,15 +5,13 @@ is 1, unless a family has other values. All values are rounded to doubles, which
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats, Integers
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS, FlightPlan, Frame
 
-Floats = npt.NDArray[np.floating[Any]]
-Ticks = npt.NDArray[np.int64]
+Ticks = Integers
 Draws = np.random.Generator
 
 UNIT = Frame(None, 0)
@@ -78,10 +76,10 @@ def _family(name: str, about: str) -> Callable[[Sampler], Sampler]:
 
 def aimed(
     draws: Draws,
-    run: Floats,
-    miss: Floats,
-    radius: Floats | None = None,
-    speed: Floats | None = None,
+    run: Array,
+    miss: Array,
+    radius: Array | None = None,
+    speed: Array | None = None,
     spread: float | None = None,
 ) -> Queries:
     """Returns pairs by their encounter, anchored at tick 0: the second disc is nearest to the first after a

@@ -75,7 +75,6 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
     progress("clocks", 0, 1)
     clock = clocks(scene, min(most, 10**6) // 10)
     last, middle = drift[-1], drift[len(drift) // 2]
-    walk = _walk(last.contacts)
     given = ", ".join(f"{name} {value:g}" for name, value in PARAMETERS.items())
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     return sections.Section(
@@ -95,23 +94,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
             sections.Table("drift", "The readings after so many contacts.", tuple(drift)),
             sections.Table("clocks", "The same scene with clocks that begin late.", tuple(clock)),
         ),
-        claims=(
-            sections.Claim(
-                f"A run of {most:,} contacts comes to its end under audit",
-                f"{last.contacts:,} contacts, {last.audits:,} audits",
-                last.contacts >= most and last.audits > 0,
-            ),
-            sections.Claim(
-                "Energy wanders no further than one rounding a contact would take it",
-                f"{number(last.energy)}; the walk: {number(walk)}",
-                last.energy <= walk,
-            ),
-            sections.Claim(
-                "Late clocks show the same contacts, to the last bit",
-                f"{sum(row.same for row in clock)} of {len(clock)} clocks, {clock[0].contacts:,} contacts",
-                all(row.same for row in clock),
-            ),
-        ),
+        claims=_claims(drift, clock, most),
         pictures=(
             sections.ReportFigure(
                 "drift",
@@ -119,6 +102,28 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
                 "one rounding a contact would grow.",
                 lambda: _draw(drift),
             ),
+        ),
+    )
+
+
+def _claims(drift: list[Drift], clock: list[LateClock], most: int) -> tuple[sections.Claim, ...]:
+    last = drift[-1]
+    walk = _walk(last.contacts)
+    return (
+        sections.Claim(
+            f"A run of {most:,} contacts comes to its end under audit",
+            f"{last.contacts:,} contacts, {last.audits:,} audits",
+            last.contacts >= most and last.audits > 0,
+        ),
+        sections.Claim(
+            "Energy wanders no further than one rounding a contact would take it",
+            f"{number(last.energy)}; the walk: {number(walk)}",
+            last.energy <= walk,
+        ),
+        sections.Claim(
+            "Late clocks show the same contacts, to the last bit",
+            f"{sum(row.same for row in clock)} of {len(clock)} clocks, {clock[0].contacts:,} contacts",
+            all(row.same for row in clock),
         ),
     )
 

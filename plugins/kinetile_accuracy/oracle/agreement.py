@@ -15,9 +15,9 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Scene, Simulation
+from kinetile.arrays import Floats, Integers, Rows
 from kinetile.errors import Refused
 from kinetile.toolbox import WALLS
 from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Oracle, check_scope
@@ -25,8 +25,6 @@ from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 
 SLACK = 2
 """Ticks by which the first contact of bodies, or the last of a run, may be off: times are rounded."""
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class Agreement:
     bodies: int
     contacts: int
     compared: int
-    b: npt.NDArray[np.int64]
+    b: Integers
     ticks: Floats
     disagreement: FirstDifference | None
     oracle: CertifiedRun
@@ -185,7 +183,7 @@ def certify(
 
 
 def agreement(
-    contacts: npt.NDArray[np.void],
+    contacts: Rows,
     oracle: CertifiedRun,
     *,
     scene: Scene,

@@ -52,15 +52,13 @@ of now; an infinite X makes fat infinite, and everything is computed exactly.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetile.arrays import Floats
 from kinetile_accuracy.specification.arithmetic import FlightPlan
 
 _FAT = 2.0**-45
 _LESS = 1.0 - 2.0**-48
 _SLOWEST = 2.0**-900
-
-Floats = NDArray[np.float64]
 
 
 class ContactBounds:

@@ -10,9 +10,9 @@ from fractions import Fraction
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetile import Scene
+from kinetile.arrays import Array
 from kinetile.errors import BadOption, Refused
 from kinetile.instruments import (
     ACCELERATED,
@@ -114,7 +114,7 @@ class LogCertifier:
     """A check under way, as ``certify_log`` does it; ``report`` says how far it is at any moment."""
 
     scene: Scene
-    contacts: NDArray[Any] | Sequence[Any]
+    contacts: Array | Sequence[Any]
     until: float | None = None
     _: KW_ONLY
     max_contacts: int | None = None
@@ -241,7 +241,7 @@ class LogCertifier:
 
 def certify_log(
     scene: Scene,
-    contacts: NDArray[Any] | Sequence[Any],
+    contacts: Array | Sequence[Any],
     until: float | None = None,
     *,
     max_contacts: int | None = None,
@@ -271,7 +271,7 @@ def certify_log(
     return LogCertifier(scene, contacts, until, **how).run(progress)
 
 
-def _as_rows(contacts: NDArray[Any] | Sequence[Any], names: list[str]) -> NDArray[Any]:
+def _as_rows(contacts: Array | Sequence[Any], names: list[str]) -> Array:
     """Returns a list of contacts, of whatever form, as an array with these fields, or more."""
     known = contacts.dtype.names if isinstance(contacts, np.ndarray) and contacts.ndim == 1 else None
     if known and {*names} <= {*known}:
@@ -288,7 +288,7 @@ def _as_rows(contacts: NDArray[Any] | Sequence[Any], names: list[str]) -> NDArra
 
 
 def explain_difference(
-    scene: Scene, lists: Mapping[str, NDArray[Any]], index: int, narrow_phases: Sequence[str] | None = None
+    scene: Scene, lists: Mapping[str, Array], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
     """Returns in a sentence which contacts are right where ``lists`` of them, by the name of their source,
     first differ, at ``index``; "" where the specification does not say how bodies meet, or too far on."""
@@ -306,7 +306,7 @@ def explain_difference(
     # Hardly after the latest, and not before it.
     until = math.nextafter(float(Fraction(scene.start) + latest * tick), math.inf)
 
-    def verdict(contacts: NDArray[Any]) -> str:
+    def verdict(contacts: Array) -> str:
         """Returns whether contacts are right; up to ``until``, where the list has ended before."""
         found = certify_log(scene, contacts[: index + 1], until=None if len(contacts) > index else until)
         if found.wrong is None:

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Shape, Turn
+from kinetile.arrays import Floats
 from kinetile.instruments import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile_accuracy.specification import arithmetic, shapes
 from kinetile_accuracy.specification.answers import LONG_AGO, OUT, Answers, Support, across, both_hold, part
@@ -37,7 +38,7 @@ from kinetile_accuracy.specification.arithmetic import (
     Vector,
     Whole,
 )
-from kinetile_accuracy.specification.bounds import ContactBounds, Floats
+from kinetile_accuracy.specification.bounds import ContactBounds
 from kinetile_accuracy.specification.shapes import Difference
 from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 
@@ -308,8 +309,11 @@ class Course:
         for body, velocity in zip(bodies, before, strict=True):
             if velocity != (self.plans[body].vx, self.plans[body].vy):
                 self._let_go_of(body)
-        # Entries of former plans go only when they come to the head: without this, a body that is to meet a
-        # wall in the far future would leave one at each of its contacts.
+        self._drop_former()
+
+    def _drop_former(self) -> None:
+        """Drops entries of former plans, which go only when they come to the head: without this, a body that
+        is to meet a wall in the far future would leave one at each of its contacts."""
         if len(self._heap) > 64 * len(self.plans) + 1024:
             self._heap = [entry for entry in self._heap if self._is_current(entry)]
             heapq.heapify(self._heap)

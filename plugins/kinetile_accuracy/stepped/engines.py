@@ -12,14 +12,14 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Scene
+from kinetile.arrays import Floats, Rows
 from kinetile.errors import Refused
 from kinetile.lazy import needed
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP
 from kinetile_accuracy.stepped import snapshots
-from kinetile_accuracy.stepped.snapshots import STEPPED, Floats, SteppedRun
+from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun
 
 Point = tuple[float, float]
 EngineName = Literal["chipmunk", "box2d", "box2d-bullets"]
@@ -141,7 +141,7 @@ _SETTINGS: dict[EngineName, str] = {
 
 def _watch(
     world: _World, radius: Floats, steps: int, met: list[tuple[int, int]], depths: bool
-) -> tuple[npt.NDArray[np.void], float]:
+) -> tuple[Rows, float]:
     rows: list[tuple[int, int, int]] = []
     deepest = 0.0 if depths else math.nan
     for step in range(1, steps + 1):

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 import kinetile as kt
+from kinetile.arrays import Flags, Integers, Rows
 from kinetile_accuracy.sections import Column
 from kinetile_accuracy.stepped.engines import Watched, run_engine
 from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun, run_snapshots
@@ -36,14 +37,12 @@ _MOST = 20  # ... unless that takes more runs than this in a round
 MethodKind = Literal["kinetic", "snapshots", "engine"]
 
 
-def first_encounters(contacts: npt.NDArray[np.void], bodies: int) -> npt.NDArray[np.int64]:
+def first_encounters(contacts: Rows, bodies: int) -> Integers:
     """Returns which contacts (their numbers), in the order of time, are first encounters of two discs."""
     return np.flatnonzero(_first_of_both(contacts, bodies, np.arange(len(contacts))))
 
 
-def _first_of_both(
-    contacts: npt.NDArray[np.void], bodies: int, step: npt.NDArray[np.int64]
-) -> npt.NDArray[np.bool_]:
+def _first_of_both(contacts: Rows, bodies: int, step: Integers) -> Flags:
     """Returns which contacts are of two discs, and at the step of the first contact of either."""
     one, discs = contacts["a"], contacts["b"] >= 0
     other = np.where(discs, contacts["b"], one)
@@ -53,9 +52,7 @@ def _first_of_both(
     return np.asarray(discs & (first[one] == step) & (first[other] == step))
 
 
-def found(
-    pairs: npt.NDArray[np.integer[Any]], contacts: npt.NDArray[np.void], bodies: int
-) -> npt.NDArray[np.bool_]:
+def found(pairs: npt.NDArray[np.integer[Any]], contacts: Rows, bodies: int) -> Flags:
     """Returns which of the ``pairs``, (k, 2), have a contact that is the first of both discs, (k,)."""
     first = contacts[_first_of_both(contacts, bodies, contacts["step"])]
     a, b = first["a"].astype(np.int64), first["b"].astype(np.int64)
@@ -89,7 +86,7 @@ class ReferenceRun(NamedTuple):
     """A scene, the pairs of its first encounters, (k, 2), and the time of the last of them."""
 
     scene: kt.Scene
-    pairs: npt.NDArray[np.int64]
+    pairs: Integers
     last: float
 
 

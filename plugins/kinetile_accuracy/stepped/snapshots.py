@@ -18,14 +18,13 @@ from functools import cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Scene
+from kinetile.arrays import Floats, Rows
 from kinetile.errors import Refused
 from kinetile.instruments import compose, disowned, make_ready, to_be_filled_in
 from kinetile.toolbox import BOTTOM, LEFT, RIGHT, TOP, hook
 
-Floats = npt.NDArray[np.float64]
 _ROOM = 1 << 14
 _MOST_CELLS = 1 << 22
 
@@ -198,7 +197,7 @@ class SteppedRun:
     steps: int
     position: Floats
     velocity: Floats
-    contacts: npt.NDArray[np.void]
+    contacts: Rows
     deepest: float
     energy_drift: float
     cpu_seconds: float

@@ -90,19 +90,23 @@ def _thesis(bench: ThesisBench, statements: Sequence[Statement], files: Sequence
         },
         shared=2,
     )
-    answers = empty_table("| ", "| verdict", "statement, and the numbers that decide it")
-    for each in statements:
-        parts = (f"  {part.answer}: {part.text} ({part.numbers})" for part in each.parts)
-        answers.add_row(each.name, each.verdict, "\n".join([each.text, *parts]))
     where = bench.conditions
     return [
         "For one unit of simulated time: CPU milliseconds (median over seeds, and the extremes) and counts",
-        *(table, answers),
+        *(table, _answers(statements)),
         f"{where['processor']}; seeds 1 to {where['seeds']}, {where['until']:g} units of time, "
         f"{_times(where, 'round')} of about {where['seconds']:g} CPU s; unrest: slowest over fastest round",
         *([] if bench.identical else [_DIFFERENT]),
         *(f"written: {path}" for path in files),
     ]
+
+
+def _answers(statements: Sequence[Statement]) -> Any:
+    table = empty_table("| ", "| verdict", "statement, and the numbers that decide it")
+    for each in statements:
+        parts = (f"  {part.answer}: {part.text} ({part.numbers})" for part in each.parts)
+        table.add_row(each.name, each.verdict, "\n".join([each.text, *parts]))
+    return table
 
 
 _SPEED: Mapping[str, Callable[[Any], str]] = {

@@ -17,9 +17,9 @@ from itertools import combinations, product
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Response, Scene, Simulation, registry, toolbox
+from kinetile.arrays import Array, Flags, Floats, Integers
 from kinetile.errors import ZenoError
 from kinetile.instruments import (
     FIRST,
@@ -40,9 +40,7 @@ from kinetile_conformance.cases import GENERAL, difference, horizon, outcome
 from kinetile_conformance.checks.check import Case, Disagreement, DoesNotApply, compare, observation
 from kinetile_conformance.checks.runs import EVERY, STEPS, watch
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.integer]
-Ticks = npt.NDArray[np.int64]
+Ticks = Integers
 
 ROUNDED = 2.0**-44
 """The part of the energy, or of all speeds, that rounding may add."""
@@ -435,7 +433,7 @@ def copied(k: Kernel) -> Kernel:
     return Kernel(*(table.copy() for table in k))
 
 
-def _before(k: Kernel, who: Integers) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
+def _before(k: Kernel, who: Integers) -> tuple[Floats, Flags, Floats]:
     """Returns the masses of those that meet, which of them the other cannot move, and their velocities, (m,
     4) each. A wall is an immovable body at rest, also for another; two immovable bodies have equal masses."""
     body, wall = np.maximum(who, 0), who < 0
@@ -466,7 +464,7 @@ def _check_energy(at: PairMoment, answer: Answer, met: Met, hop: float = 0.0) ->
 meet = soonest = collide = reach_wall = respond = to_be_filled_in
 
 
-def _call(template: Any, k: Kernel, *arrays: npt.NDArray[Any], **hooks: Any) -> None:
+def _call(template: Any, k: Kernel, *arrays: Array, **hooks: Any) -> None:
     compose(template, hooks, "conformance", Kernel)(k, *arrays)
 
 

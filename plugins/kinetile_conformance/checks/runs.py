@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import kinetile as kt
 from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Simulation
+from kinetile.arrays import Integers
 from kinetile.errors import AuditError, KinetileError, NoRoom, TooThick
 from kinetile.instruments import Command, as_python, first_difference, relabelled, with_commands
 from kinetile.toolbox import NEVER, At, Box, Link, box_gaps, reaches_of
@@ -310,7 +310,7 @@ def _tied(subject: Subject, scene: Scene) -> Scene:
     velocity = np.where(scene.velocity == 0.0, 0.5 * np.abs(scene.velocity).max(initial=0.0), scene.velocity)
     moved = np.arange(len(scene)) != np.argmax(np.hypot(*velocity.T))  # by the fastest the clock goes
 
-    def due(axis: int) -> npt.NDArray[np.int64]:
+    def due(axis: int) -> Integers:
         alone = np.where((np.arange(2) == axis) | ~moved[:, None], velocity, 0.0)
         sim = subject.simulation(scene.replace(velocity=alone))
         sim.build()

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinetile import Scene
+from kinetile.arrays import Flags
 from kinetile.instruments import SPAN, TICKS
 from kinetile_conformance.strategies.strategy import numbered
 from kinetile_conformance.strategies.swarms import slots, square, swarm, swarm_of
@@ -66,7 +67,7 @@ def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene
     return swarm_of(place[there], velocity[there], radius[there], walls, UNTIL)
 
 
-def _some(random: np.random.Generator, count: int, share: float) -> npt.NDArray[np.bool_]:
+def _some(random: np.random.Generator, count: int, share: float) -> Flags:
     """Returns a random choice of so large a share of the lattices, (count, 1, 1)."""
     return random.random((count, 1, 1)) < share
 

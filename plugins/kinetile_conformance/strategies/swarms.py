@@ -11,14 +11,12 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from kinetile import Scene, Settings, Turn
+from kinetile.arrays import Flags, Floats
 from kinetile.errors import SceneError
 from kinetile_conformance.strategies.changes import viewed
 from kinetile_conformance.strategies.strategy import numbered
-
-Floats = npt.NDArray[np.float64]
 
 
 def swarm_of(
@@ -50,7 +48,7 @@ def square(bodies: int, room: float) -> int:
 def radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
     """Returns radii of at most .45: all alike, of two sizes, or of any."""
     ratio = (1.0, 0.5, 0.125, 2.0**-6)[variation % 4]
-    small: npt.NDArray[np.bool_] = random.random(bodies) < 0.75
+    small: Flags = random.random(bodies) < 0.75
     fills = np.ones(bodies) if variation < 4 else random.uniform(0.5, 1.0, bodies)
     return np.where(small, 0.45 * ratio, 0.45) * fills
 

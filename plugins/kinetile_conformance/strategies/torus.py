@@ -8,12 +8,13 @@ import numpy as np
 from hypothesis import strategies as st
 
 from kinetile import Scene, Settings, Turn
+from kinetile.arrays import Floats
 from kinetile.instruments import as_python
 from kinetile_conformance.strategies.kinds import KINDS, of_kinds, with_kinds
 from kinetile_conformance.strategies.small import MOST as FEW
 from kinetile_conformance.strategies.small import body_in_cell, scene_of, several, speeds
 from kinetile_conformance.strategies.strategy import drawn, numbered
-from kinetile_conformance.strategies.swarms import Floats, anyhow, jitter, radii, slots
+from kinetile_conformance.strategies.swarms import anyhow, jitter, radii, slots
 
 MOST = 40
 

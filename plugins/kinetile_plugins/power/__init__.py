@@ -11,8 +11,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.toolbox import (
@@ -47,7 +47,7 @@ def arrange(k: Kernel, s: State) -> None:
     start(s)
 
 
-def between_bodies(s: State) -> npt.NDArray[np.int64]:
+def between_bodies(s: State) -> Integers:
     """Returns a half-edge of each edge between two bodies: that of its owner."""
     h = np.flatnonzero((s.org >= 0) & (s.twin >= 0))
     a, b = s.org[h], s.org[s.twin[h]]

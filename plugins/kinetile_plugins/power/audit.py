@@ -8,14 +8,12 @@ triangle beside it, now and at times up to the tick at which its edge is said to
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.toolbox import NEVER, NOBODY, Kernel, Plan, positions_after, positions_now
 
 from .certificates import NOISE
 from .web import CORNERS, PER_LENGTH, THETA, UNIT, State, slots, succ
-
-Integers = npt.NDArray[np.int64]
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:

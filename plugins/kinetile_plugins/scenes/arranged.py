@@ -8,8 +8,9 @@ from fractions import Fraction
 import numpy as np
 
 from kinetile import Scene
+from kinetile.arrays import Floats
 from kinetile_plugins.scenes import numerics
-from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_number, draws
+from kinetile_plugins.scenes.numerics import Draws, demand, demand_number, draws
 
 
 def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:

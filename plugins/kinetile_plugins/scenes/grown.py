@@ -11,11 +11,12 @@ import math
 import numpy as np
 
 from kinetile import Scene, Simulation
+from kinetile.arrays import Floats
 from kinetile.errors import BadOption, ZenoError
 from kinetile.scene.bodies import distance, nearest_image, overlapping_images
 from kinetile_plugins.scenes import numerics
 from kinetile_plugins.scenes.matter import side_of_square, sizes_and_masses
-from kinetile_plugins.scenes.numerics import Floats, demand, demand_in_range, draws
+from kinetile_plugins.scenes.numerics import demand, demand_in_range, draws
 from kinetile_plugins.scenes.random_discs import places
 
 START = 0.3

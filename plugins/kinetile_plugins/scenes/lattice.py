@@ -18,9 +18,10 @@ import math
 import numpy as np
 
 from kinetile import Scene, Turn
+from kinetile.arrays import Floats
 from kinetile.scene.bodies import distance, overlapping_pairs
 from kinetile.scene.checks import TOLERANCE
-from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_number, draws
+from kinetile_plugins.scenes.numerics import Draws, demand, demand_number, draws
 
 _LAST_TURN = 64  # in sixteenths of a time unit
 

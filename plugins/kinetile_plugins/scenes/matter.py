@@ -11,8 +11,9 @@ from fractions import Fraction
 import numpy as np
 
 from kinetile import Scene
+from kinetile.arrays import Floats, Integers
 from kinetile_plugins.scenes import numerics
-from kinetile_plugins.scenes.numerics import Floats, Integers, demand, demand_in_range, demand_number, draws
+from kinetile_plugins.scenes.numerics import demand, demand_in_range, demand_number, draws
 from kinetile_plugins.scenes.random_discs import places
 
 

@@ -18,13 +18,10 @@ from decimal import Decimal
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats, Integers
 from kinetile.errors import BadOption, shown
 from kinetile.scene.values import SIZE
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 class Draws:

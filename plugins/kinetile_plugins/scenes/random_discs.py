@@ -16,8 +16,9 @@ from typing import TypeAlias
 import numpy as np
 
 from kinetile import Scene
+from kinetile.arrays import Floats
 from kinetile_plugins.scenes import numerics
-from kinetile_plugins.scenes.numerics import Draws, Floats, demand, demand_number, draws
+from kinetile_plugins.scenes.numerics import Draws, demand, demand_number, draws
 
 _Levels: TypeAlias = list[tuple[float, dict[tuple[int, int], list[tuple[float, float, float]]]]]
 """For each size of disc, the cells' width and what lies in them: places and radii."""

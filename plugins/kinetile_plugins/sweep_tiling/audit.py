@@ -24,14 +24,11 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Flags, Floats, Integers
 from kinetile.toolbox import NEVER, Kernel, Plan, falls_many, positions_after, positions_now, reaches_of
 
 from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State, near
-
-Integers = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 CELLS = 1 << 20
 """Bodies and tiles times vertical lines, compared at a time: bounds the memory of an audit."""
@@ -214,7 +211,7 @@ def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
         yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"
 
 
-def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, npt.NDArray[np.bool_]]:
+def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, Flags]:
     """Returns when each tile but the first fails by the present plans, and whether by its vertical order."""
     clock, bodies, own = k.clock[0], k.bodies, slice(3 * len(tiles.there))
     p, q, away = tiles.left[own], tiles.right[own], tiles.away[own]
@@ -283,7 +280,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
             yield f"at x = {line[row, 0]} a gap between two bodies has no tile, or two"
 
 
-def _between(left: Floats, line: Floats, right: Floats, period: float) -> npt.NDArray[np.bool_]:
+def _between(left: Floats, line: Floats, right: Floats, period: float) -> Flags:
     """Returns whether lines lie between left and right, or an image of theirs does."""
     if period:
         line = left + (line - left) % period

@@ -37,8 +37,8 @@ SCENES = {
 def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
     """Composed for a small scene, where rings and tables end soon, it reads and asks within them only."""
     runs = []
-    for large in (compose.LARGE, 0):
-        monkeypatch.setattr(compose, "LARGE", large)
+    for large in (compose.LARGE_SCENE, 0):
+        monkeypatch.setattr(compose, "LARGE_SCENE", large)
         sim = kt.Simulation(SCENES[scene](), phase)
         assert composition_of(sim).parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
         sim.run(until=20.0, max_contacts=20 if NOTHING_IS_COMPILED else 4000)

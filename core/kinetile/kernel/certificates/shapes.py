@@ -582,30 +582,36 @@ def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) ->
     return OPEN
 
 
-@apart
-def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
-    """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
-    x, y = separations(plans)
-    per_time = plans.per_time
-    count = int(f[row + COUNT])
-    faces = row + HEAD
-    reach = f[row + RADIUS]
-    size = (x.size + y.size) + f[row + SIZE]
-    speed = abs(x.u) + abs(y.u)
-    if not (speed > SMALL and speed < LARGE and size < LARGE):
-        return OPEN
-    doubt = 2.0**-48 * size
-    slack = 2.0**-50 * speed
-    way = speed * plans.tick
-    last_time = FAR * plans.tick
+class Crossings(NamedTuple):
+    """When a place crosses the lines of the faces, moved out by R: inwards ``into`` last, off by
+    ``into_error``, the latest that may be ``latest``; outwards not before ``stays``, and surely by ``out``.
+    ``highest`` is the largest gap at time 0. It ``misses`` if it stays outside of a line; ``known``: no rate
+    is within its error, but for lines that it surely is within."""
+
+    into: float
+    into_error: float
+    latest: float
+    out: float
+    stays: float
+    highest: float
+    misses: bool
+    known: bool
+
+
+@hook
+def crossings_of(
+    f: Numbers, row: int, x: Separation, y: Separation, size: float, doubt: float, slack: float, until: float
+) -> Crossings:
+    """Return the crossings of all faces; what is outwards after ``until`` does not count."""
     into = -math.inf
     into_error = 0.0
     latest = -math.inf
     out = math.inf
-    stays = last_time  # what is deep later does not count
+    stays = until
     highest = -math.inf
-    known = reach == 0.0 or reach > 4.0 * way + doubt
-    for face in range(faces, faces + count * WIDE, WIDE):
+    misses = False
+    known = True
+    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
         gap = (nx * x.d + ny * y.d) - f[face + OUT]
@@ -613,8 +619,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         highest = larger(highest, gap)
         if abs(rate) <= slack:
             still = is_still(nx, ny, x, y)
-            if still and gap > doubt:
-                return NEVER
+            misses = misses or (still and gap > doubt)
             known = known and gap < (-doubt if still else -(2.0**-20) * size)
             continue
         t = -gap / rate
@@ -627,16 +632,60 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             if t > into:
                 into = t
                 into_error = error
-    if into - into_error > out or out < 0.0:
+    misses = misses or into - into_error > out or out < 0.0
+    return Crossings(into, into_error, latest, out, stays, highest, misses, known)
+
+
+@hook
+def enters_at_corner(
+    f: Numbers, row: int, corner: int, x: Separation, y: Separation, plans: Plans, doubt: float, slack: float
+) -> int:
+    """Return after how many ticks a place enters the disc around a corner, of a margin, and that of the strip
+    as well, beyond the faces beside it; or what else ``filtered`` says, or ``OPEN``."""
+    reach = f[row + RADIUS]
+    corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
+    corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
+    found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], plans.per_time)
+    if found == NEVER or found == OPEN:  # noqa: SIM109 - no tuple in a hook
+        return found
+    speed = abs(x.u) + abs(y.u)
+    way = speed * plans.tick
+    t = float(found) * plans.tick
+    inner = reach - (f[row + FLUSH] + 2.0 * doubt + way)
+    cross = corner_x.d * y.u - corner_y.d * x.u
+    root = math.sqrt(larger(inner * inner * (x.u * x.u + y.u * y.u) - cross * cross, 0.0))
+    around = 2.0 * (doubt + way + slack * t) + reach * (reach - inner) * speed / root
+    known = inner > 0.0 and root > 0.0 and t + 2.0 * around / speed < FAR * plans.tick
+    return found if known and is_beside(f, row, corner, x, y, t, around) else OPEN
+
+
+@apart
+def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
+    """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
+    x, y = separations(plans)
+    per_time = plans.per_time
+    faces = row + HEAD
+    reach = f[row + RADIUS]
+    size = (x.size + y.size) + f[row + SIZE]
+    speed = abs(x.u) + abs(y.u)
+    if not (speed > SMALL and speed < LARGE and size < LARGE):
+        return OPEN
+    doubt = 2.0**-48 * size
+    slack = 2.0**-50 * speed
+    way = speed * plans.tick
+    last_time = FAR * plans.tick
+    c = crossings_of(f, row, x, y, size, doubt, slack, last_time)
+    if c.misses:
         return NEVER
-    comes = into - into_error
-    known = known and into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and latest < 0.0))
-    known = known and (reach > 0.0 or latest < stays)
-    half = 0.5 * (into + stays)
+    comes = c.into - c.into_error
+    known = c.known and (reach == 0.0 or reach > 4.0 * way + doubt)
+    known = known and c.into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and c.latest < 0.0))
+    known = known and (reach > 0.0 or c.latest < c.stays)
+    half = 0.5 * (c.into + c.stays)
     deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + way)
     corner = -1
     found = -1
-    for face in range(faces, faces + count * WIDE if known else 0, WIDE):
+    for face in range(faces, faces + int(f[row + COUNT]) * WIDE if known else 0, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
         gap = (nx * x.d + ny * y.d) - f[face + OUT]
@@ -648,7 +697,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             error = (doubt + slack * abs(t)) / (abs(rate) - slack)
             if rate >= -slack or t + error < comes:
                 continue
-        elif gap < highest - 2.0 * doubt:
+        elif gap < c.highest - 2.0 * doubt:
             continue
         over = True
         sinks = deep
@@ -673,19 +722,9 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             known = known and ticks != OPEN and sinks
             found = larger(found, ticks)
     if known and corner >= 0:
-        corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
-        corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
-        found = filtered(corner_x, corner_y, reach, f[row + RADIUS_LOW], per_time)
-        if found != NEVER and found != OPEN:
-            t = float(found) * plans.tick
-            inner = reach - (f[row + FLUSH] + 2.0 * doubt + way)
-            cross = corner_x.d * y.u - corner_y.d * x.u
-            root = math.sqrt(larger(inner * inner * (x.u * x.u + y.u * y.u) - cross * cross, 0.0))
-            around = 2.0 * (doubt + way + slack * t) + reach * (reach - inner) * speed / root
-            known = inner > 0.0 and root > 0.0 and t + 2.0 * around / speed < last_time
-            known = known and is_beside(f, row, corner, x, y, t, around)
+        return enters_at_corner(f, row, corner, x, y, plans, doubt, slack)
     if not known and reach == 0.0:
-        return at_whole_tick(f, row, plans, as_count(into * per_time + 0.5), deep)
+        return at_whole_tick(f, row, plans, as_count(c.into * per_time + 0.5), deep)
     return found if known else OPEN
 
 

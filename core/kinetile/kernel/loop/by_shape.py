@@ -9,15 +9,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Floats, Integers
 from kinetile.kernel.compiled import Hook, hook, is_checked, numbers_from, unchecked, with_numpy
 from kinetile.kernel.tables import Kernel
 
-Doubles = npt.NDArray[np.float64]
+Doubles = Floats
 
 
-def all_numbers(takes: npt.NDArray[np.int64], numbers: list[Doubles | None]) -> Doubles:
+def all_numbers(takes: Integers, numbers: list[Doubles | None]) -> Doubles:
     """Returns ``k.numbers`` for several phases: (S, S) which of them takes two shapes, what each keeps."""
     kept = [np.zeros(0) if each is None else each for each in numbers]
     head = 1 + takes.size + len(kept)

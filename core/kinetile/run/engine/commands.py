@@ -19,8 +19,8 @@ from struct import Struct
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Rows
 from kinetile.kernel.clock import SPAN, TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
@@ -31,7 +31,6 @@ from kinetile.scene.commands import end_of
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
 
-Rows = npt.NDArray[np.void]
 """Commands in the kernel's form (``kinetile.kernel.tables.COMMAND``), in its ticks."""
 
 _NAMES: tuple[str, ...] = COMMAND.names or ()
@@ -175,7 +174,7 @@ def squares_of(rows: Rows, drop: float) -> float:
     return float(np.dot(*_masses_and_squares(rows, drop)))
 
 
-def _masses_and_squares(rows: Rows, drop: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _masses_and_squares(rows: Rows, drop: float) -> tuple[Array, Array]:
     mass, vx, vy = rows["mass"], rows["vx"], rows["vy"]
     if math.inf in mass.tolist():  # immovable
         mass = np.where(np.isinf(mass), 0.0, mass)
@@ -261,7 +260,7 @@ class Agenda:
         return (command for command in commands if command.code != REANCHORED)
 
 
-def _behind(ticks: Sequence[int] | npt.NDArray[Any], after: npt.NDArray[Any], tick: int) -> int:
+def _behind(ticks: Sequence[int] | Array, after: Array, tick: int) -> int:
     """Returns the place behind the commands before the first contact of a tick, in their order."""
     return bisect_right(range(len(ticks)), (tick, 0), key=lambda at: (ticks[at], after[at]))
 
@@ -285,7 +284,7 @@ def _with_rows(k: Kernel, rows: Rows, front: int) -> Kernel:
     return k._replace(commands=table)
 
 
-def anchor_again(tables: Tables, bodies: npt.NDArray[Any]) -> None:
+def anchor_again(tables: Tables, bodies: Array) -> None:
     """Adds re-anchorings of bodies, at the first tick of a span whose commands are loaded."""
     rows = np.zeros(len(bodies), COMMAND_ROWS)
     rows["body"], rows["code"] = bodies, REANCHORED

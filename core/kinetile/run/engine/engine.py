@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Integers, Rows
 from kinetile.errors import PhaseError, Refused, ZenoError
 from kinetile.kernel.chords import as_seen, lay_all
 from kinetile.kernel.clock import Clock
@@ -67,13 +68,7 @@ from kinetile.run.audit import check_all
 from kinetile.run.compose import Commands, Composition
 from kinetile.run.engine import layout
 from kinetile.run.engine.bounds import MOST_FLOWN, Bounds
-from kinetile.run.engine.commands import (
-    COMMAND_ROWS,
-    Agenda,
-    Command,
-    Rows,
-    to_the_front,
-)
+from kinetile.run.engine.commands import COMMAND_ROWS, Agenda, Command, to_the_front
 from kinetile.run.engine.failures import blocked, failure
 from kinetile.run.engine.fields import Tables, all_ticks
 from kinetile.run.engine.ledger import Ledger
@@ -582,7 +577,7 @@ class Engine(Tables):
         finally:
             self._behind, self.ledger.holds_rows = NONE_BEHIND, False
 
-    def blockers(self, rows: Rows) -> npt.NDArray[np.int64]:
+    def blockers(self, rows: Rows) -> Integers:
         """Returns for each body that commands insert, one by one, the slot or the wall that it would reach
         into, FREE, or FREE - 1 - i for the i-th; the loop would find the same, after a copy of all tables."""
         found = np.empty(len(rows), dtype=np.int64)
@@ -610,7 +605,7 @@ class Engine(Tables):
                     return  # all commands have run; the next run reports the jam
 
     @property
-    def ticks(self) -> list[npt.NDArray[np.int64]]:
+    def ticks(self) -> list[Integers]:
         """The columns of all ticks, of the tables and of the phase."""
         if self._ticks is None:
             self._ticks = all_ticks(self.k, self.composition.broad.ticks)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.kernel.compiled import Packed, bound
 from kinetile.kernel.tables import Kernel, Quantity, Records, column, declared, slots_taken
 
@@ -25,14 +26,14 @@ def fields_of(table: Records) -> Fields:
     return SimpleNamespace(**found)
 
 
-def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[npt.NDArray[np.int64]]:
+def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[Integers]:
     """Yields the columns of tables with such ticks."""
     for table in tables:
         for field in declared(table.dtype, *quantities) if len(table) else ():
             yield column(table, field.name)
 
 
-def all_ticks(k: Kernel, of_phase: Iterable[Any]) -> list[npt.NDArray[np.int64]]:
+def all_ticks(k: Kernel, of_phase: Iterable[Any]) -> list[Integers]:
     """Returns the columns of all ticks of the tables, and those ``of_phase``."""
     return [*ticks_of(k, Quantity.TICK, Quantity.PAST, Quantity.DUE), *of_phase]
 
@@ -58,7 +59,7 @@ class Tables:
     _enter: Any = None
     as_python: bool = False  # whether the loop runs as Python
     _search: Any = None
-    _ticks: list[npt.NDArray[np.int64]] | None = None  # their columns of ticks, and those of the phase
+    _ticks: list[Integers] | None = None  # their columns of ticks, and those of the phase
     _command_bytes: memoryview | None = None
 
     @property

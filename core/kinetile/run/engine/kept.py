@@ -8,8 +8,7 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Any, Self
 
-import numpy.typing as npt
-
+from kinetile.arrays import Array
 from kinetile.run.engine import layout
 from kinetile.run.engine.bounds import NO_SKIN
 from kinetile.run.engine.commands import Agenda, Planned
@@ -26,7 +25,7 @@ class Kept:
 
     engine: Engine
     values: Mapping[str, Any]
-    tables: list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]
+    tables: list[tuple[Array, Array]]
     base: int
     entries: Entries
     later: Planned

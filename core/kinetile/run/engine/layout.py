@@ -5,11 +5,12 @@ All of them are new objects, which the engine adopts: if a phase refuses, the ol
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Array
 from kinetile.errors import PhaseError
 from kinetile.kernel.clock import SPAN, TICKS
 from kinetile.kernel.compiled import python_of
@@ -143,7 +144,7 @@ def more_passings(k: Kernel, room: int) -> Kernel:
     return k._replace(passings=new)
 
 
-def _with_passings(k: Kernel, passings: npt.NDArray[Any], places: npt.NDArray[np.int32]) -> Kernel:
+def _with_passings(k: Kernel, passings: Array, places: npt.NDArray[np.int32]) -> Kernel:
     """Returns tables with these passings, in the lists of their bodies, and what follows for the bodies."""
     count, traits = len(passings), k.traits
     table = record_table(PASSING, count)
@@ -275,7 +276,7 @@ def _shift(k: Kernel, ticks: float) -> int:
     return min(max(round(math.log2(max(ticks, 1.0))), 1), most)
 
 
-def as_bytes(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def as_bytes(table: Array) -> Array:
     """Returns records as bytes, padding included, which are copied ten times as fast, and other arrays as
     they are: not a copy."""
     plain = np.asarray(table)

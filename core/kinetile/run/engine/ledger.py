@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Rows
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, CONTACT, HELD, INSERTED, LOG, MET, MOVED, Fingerprint
 from kinetile.kernel.plan import Plan
@@ -32,7 +32,7 @@ AT_ONCE = 2 * PAGE // KEPT_ROW.itemsize - 4
 
 _NOTHING = nullcontext()
 
-RowFunction = Callable[[npt.NDArray[np.void]], None]
+RowFunction = Callable[[Rows], None]
 """A function of rows of the log (``kinetile.kernel.log.LOG``), or of contacts."""
 
 
@@ -45,9 +45,9 @@ class Entries(NamedTuple):
     read-only view), their digest, the rows that wait for a recorder, and those that wait for a step."""
 
     rows: int
-    contacts: npt.NDArray[np.void] | None
+    contacts: Rows | None
     digest: Fingerprint
-    unrecorded: tuple[npt.NDArray[np.void], ...]
+    unrecorded: tuple[Rows, ...]
     pending_events: tuple[ContactRow, ...]
 
 
@@ -96,7 +96,7 @@ class Ledger:
         self._digest = entries.digest.copy()
 
     @property
-    def contacts(self) -> npt.NDArray[np.void]:
+    def contacts(self) -> Rows:
         """All contacts so far, in canonical order."""
         self._demand_kept()
         with Unbroken():
@@ -107,7 +107,7 @@ class Ledger:
         contacts.flags.writeable = False
         return contacts
 
-    def contacts_since(self, count: int) -> npt.NDArray[np.void]:
+    def contacts_since(self, count: int) -> Rows:
         """The contacts after the first ``count``; the cost depends on the number of new ones only: older ones
         are not moved to one array, whose growth would be noticeable in a frame."""
         self._demand_kept()
@@ -175,7 +175,7 @@ class Ledger:
         return _NOTHING if nobody else self._read(waiting)
 
     @contextmanager
-    def _read(self, waiting: Sequence[npt.NDArray[np.void]]) -> Iterator[None]:
+    def _read(self, waiting: Sequence[Rows]) -> Iterator[None]:
         try:
             if self._recorder is not None:
                 for rows in waiting:
@@ -214,7 +214,7 @@ class Ledger:
             self._counter(np.asarray(k.met)[:logged])
         self.complete = True
 
-    def _room_for(self, rows: int) -> npt.NDArray[np.void]:
+    def _room_for(self, rows: int) -> Rows:
         if self._total < LONG:
             return np.empty(rows, KEPT_ROW)
         if rows > len(self._room):
@@ -234,7 +234,7 @@ class Ledger:
         self._fill(self._kept[self._count : end], waiting)
         self._count = end
 
-    def _fill(self, contacts: npt.NDArray[np.void], waiting: list[tuple[int, Any]]) -> None:
+    def _fill(self, contacts: Rows, waiting: list[tuple[int, Any]]) -> None:
         begin = 0
         for epoch, kept in waiting:
             rows = contacts[begin : begin + len(kept)]
@@ -244,7 +244,7 @@ class Ledger:
             begin += len(kept)
         contacts["time"] = self._clock.rounded(contacts["epoch"], contacts["tick"])
 
-    def _that_wait(self) -> list[npt.NDArray[np.void]]:
+    def _that_wait(self) -> list[Rows]:
         aside, self._held = self._held, []
         for rows, base, accelerated in aside:
             clock = replace(self._clock, base=base)
@@ -263,7 +263,7 @@ def _kept(met: Any, kept: Any) -> tuple[int, Any]:
     return first, kept
 
 
-def _rows(written: Any, clock: Clock, accelerated: bool) -> npt.NDArray[np.void]:
+def _rows(written: Any, clock: Clock, accelerated: bool) -> Rows:
     """Returns the log rows, with NaN for second bodies that do not exist."""
     rows = np.zeros(len(written), LOG)
     rows["time"], rows["epoch"], rows["tick"] = clock.split(written["tick"])

@@ -14,12 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinetile.arrays import Rows
 from kinetile.errors import NoRoom, Refused
 from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
 from kinetile.kernel.loop.commands import FREE
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
-from kinetile.run.engine.commands import COMMAND_ROWS, PACKED, STILL, Rows, squares_of
+from kinetile.run.engine.commands import COMMAND_ROWS, PACKED, STILL, squares_of
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.failures import blocked
 from kinetile.run.engine.kept import unchanged_if

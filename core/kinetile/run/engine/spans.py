@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Integers
 from kinetile.errors import Refused
 from kinetile.kernel.certificates.walls import inside_arena
 from kinetile.kernel.clock import SPAN, TICKS
@@ -48,7 +49,7 @@ MOST_PAIRS = 1 << 18
 """Pairs that are looked at together: memory."""
 
 
-def count_from_next(k: Kernel, columns: Iterable[npt.NDArray[np.int64]]) -> None:
+def count_from_next(k: Kernel, columns: Iterable[Integers]) -> None:
     """Counts all ticks, of the tables and of a phase, from the start of the next span."""
     k.bodies.anchor[k.queue.number == NOBODY] = 0
     for ticks in columns:

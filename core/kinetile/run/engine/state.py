@@ -3,11 +3,11 @@ Tables of the kernel are made from it alone. Bodies go by their numbers: a slot 
 one engine."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array, Integers, Rows
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
@@ -23,7 +23,7 @@ from kinetile.kernel.tables import (
 )
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds
-from kinetile.run.engine.commands import History, Planned, Rows, planned, waiting
+from kinetile.run.engine.commands import History, Planned, planned, waiting
 from kinetile.run.engine.ledger import Entries
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, overlapping_images, whole_periods
@@ -35,11 +35,11 @@ class Contents(NamedTuple):
     each with what belongs to its body; (m,) pairs that pass through each other, by numbers, in their order;
     the commands that wait; the counts; and the clock. Slots are numbers of bodies in it."""
 
-    plans: npt.NDArray[Any]
-    passings: npt.NDArray[Any]
+    plans: Array
+    passings: Array
     commands: Rows
-    counts: npt.NDArray[Any]
-    clock: npt.NDArray[Any]
+    counts: Array
+    clock: Array
 
 
 def contents_of(k: Kernel) -> Contents:
@@ -56,7 +56,7 @@ def contents_of(k: Kernel) -> Contents:
     return Contents(plans, passings_of(k), waiting(k).copy(), np.array(k.counts), clock)
 
 
-def passings_of(k: Kernel) -> npt.NDArray[Any]:
+def passings_of(k: Kernel) -> Array:
     """Returns the passings now, by the numbers of their bodies, in their order."""
     live = k.passings.view(np.ndarray)
     live = live[live["a"] >= 0]
@@ -114,7 +114,7 @@ class RunState:
     history: History
     entries: Entries
     requested: float | None
-    overlapping: npt.NDArray[np.int64]
+    overlapping: Integers
     shapes: tuple[Shape, ...] = ()
     pull: tuple[float, float] | None = None
     audits: int = 0
@@ -140,7 +140,7 @@ class RunState:
         )
 
 
-def overlapping(scene: Scene) -> npt.NDArray[np.int64]:
+def overlapping(scene: Scene) -> Integers:
     """Returns (m, 2) the bodies that may overlap at the start, the elder first, in their order: which of them
     begin to pass is decided where that is done (``responses.begin_at_start``)."""
     if all(response.name != "pass" for _, response in scene.responses):

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinetile.arrays import Floats, Integers
 from kinetile.kernel.certificates.plans import Plans, plans_of
 from kinetile.kernel.certificates.shapes import enters
 from kinetile.kernel.certificates.walls import reaches
@@ -36,7 +37,6 @@ from kinetile.kernel.tables import (
 )
 from kinetile.run.questions.places import MOST_PERIODS, Point, Query, gaps_to
 from kinetile.scene.bodies import nearest_image
-from kinetile.scene.shapes import Floats, Integers
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
 Planned = Mapping[int, int]

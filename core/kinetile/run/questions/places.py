@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinetile.arrays import Flags, Floats, Integers
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.images import FORESEEN
@@ -21,7 +22,7 @@ from kinetile.kernel.tables import NEVER, Kernel
 from kinetile.run.compose import Composition
 from kinetile.scene.bodies import in_box, nearest_image
 from kinetile.scene.differences import core_difference
-from kinetile.scene.shapes import Bools, Floats, Integers, Shape
+from kinetile.scene.shapes import Shape
 from kinetile.toolbox.differences import DISC, Outline
 
 Box = tuple[float, float, float, float]
@@ -146,7 +147,7 @@ def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Fl
         yield np.array([right, up])
 
 
-def _in_box(query: Query, places: Floats, box: Box, inside: bool, area: Outline | None) -> Bools:
+def _in_box(query: Query, places: Floats, box: Box, inside: bool, area: Outline | None) -> Flags:
     left, bottom, right, top = box
     low, high = np.array(box).reshape(2, 2)
     core, radius = area or (((left, bottom), (right, bottom), (right, top), (left, top)), 0.0)

@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
@@ -52,7 +52,7 @@ _AT_ONCE = 1 << 24
 _AS_IT_WAS = "; what was there under this name is as it was"
 _NOT_SO = (TypeError, ValueError, LookupError, ArithmeticError, AttributeError, RecursionError, MemoryError)
 
-Arrays = dict[str, npt.NDArray[Any]]
+Arrays = dict[str, Array]
 
 
 def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = None) -> None:
@@ -323,7 +323,7 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
     return Entries(content["rows"], contacts, digest, unrecorded, tuple(pending.tolist()))
 
 
-def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> Array:
     rows = arrays[name]
     if elements(rows.dtype) != elements(dtype) or rows.ndim != 1:
         raise TypeError(f"{name} has other rows")

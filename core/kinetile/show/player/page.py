@@ -17,8 +17,8 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array
 from kinetile.errors import legible
 from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
@@ -208,7 +208,7 @@ _TYPES = ("f8", "u8", "i4", "u1")
 """Types of columns; all little-endian."""
 
 
-def encode(columns: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
+def encode(columns: Mapping[str, Array]) -> dict[str, Any]:
     """Returns columns (one-dimensional, of types f8, u8, i4, u1) as plain data for JSON: ``columns``, a list
     of [name, type, length], and ``text``. Raises TypeError for another type."""
     table, parts = [], []

@@ -24,6 +24,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from kinetile.arrays import Array, Floats, Integers
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
 from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
@@ -56,11 +57,11 @@ class Steps:
     and after how many rows of the window it came; how many bodies were queued after each number of events,
     (k,); and the structure that the phase draws."""
 
-    epoch: npt.NDArray[np.int64]
-    tick: npt.NDArray[np.int64]
-    body: npt.NDArray[np.int64]
-    after: npt.NDArray[np.int64]
-    queue: npt.NDArray[np.int64]
+    epoch: Integers
+    tick: Integers
+    body: Integers
+    after: Integers
+    queue: Integers
     structure: StructureLog
 
 
@@ -77,7 +78,7 @@ class Recording:
 
     label: str
     plans: Plans
-    rows: npt.NDArray[Any]
+    rows: Array
     begin: int
     end: int
     stepped: Steps | None = None
@@ -213,7 +214,6 @@ def _queued(simulation: Simulation) -> int:
     return int(np.count_nonzero(np.asarray(simulation.tables.queue["key"]) != NEVER))
 
 
-Floats = npt.NDArray[np.float64]
 PLAYED_KINDS = (
     *("structural", "disc", "wall", "turn", "insert", "remove"),
     *("pass", "part", "anchor", "accelerate", "hold", "kind", "move"),
@@ -251,7 +251,7 @@ class Plans:
     ky: Floats
 
     @classmethod
-    def of(cls, scene: Scene, rows: npt.NDArray[Any]) -> Self:
+    def of(cls, scene: Scene, rows: Array) -> Self:
         """Returns the plans at a scene's start, with room for all bodies of the scene and of rows."""
         comers = [each for each in scene.commands if isinstance(each, Insert)]
         named = [int(rows[name].max(initial=-1)) for name in "ab"]
@@ -292,7 +292,7 @@ class Plans:
         return Plans(**columns)
 
 
-def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+def kinds_of(rows: Array) -> npt.NDArray[np.uint8]:
     """Returns the kind of each row as its place in ``PLAYED_KINDS``."""
     a, b = rows["a"], rows["b"]
     kinds = np.where(b >= 0, np.where(np.isnan(rows["ax"]), np.where(a < b, 6, 7), 1), 2)
@@ -301,7 +301,7 @@ def kinds_of(rows: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return kinds.astype(np.uint8)
 
 
-def residuals(plans: Plans, rows: npt.NDArray[Any], scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
+def residuals(plans: Plans, rows: Array, scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
     """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
 
     A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
@@ -387,7 +387,7 @@ class StructureLog:
         self._again.update((done, item) for item in new if _without_certificate(item) in existing)
         self._open = now
 
-    def columns(self) -> dict[str, npt.NDArray[Any]] | None:
+    def columns(self) -> dict[str, Array] | None:
         """Returns the log: of each shape its number in ``SHAPES``, role, label (a place in ``labels``), first
         number of events at which it is there and first at which it is not, (epoch, tick) at which its
         certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or existed before with another
@@ -411,9 +411,7 @@ class StructureLog:
             "body": body,
             "turns": turns,
         }
-        columns: dict[str, npt.NDArray[Any]] = {
-            name: np.array(values, np.int32) for name, values in whole.items()
-        }
+        columns: dict[str, Array] = {name: np.array(values, np.int32) for name, values in whole.items()}
         columns["fresh"] = np.array([(first, item) not in self._again for first, _, item in spans], np.uint8)
         columns["epoch"], columns["tick"] = np.array(fails, np.float64).T
         return columns | {"offset": np.array(offset, np.float64)}

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kinetile.arrays import Array
 from kinetile.comparison import describe_row, first_difference
 from kinetile.errors import BadOption, answering
 from kinetile.kernel.clock import TICKS, Clock
@@ -152,7 +152,7 @@ def _parting(recordings: Sequence[Recording]) -> tuple[int | None, int | None, l
 _EXACT = ("time", "epoch", "tick", "a", "b")
 
 
-def _exact(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _exact(rows: Array) -> Array:
     return np.rec.fromarrays([rows[name] for name in _EXACT])
 
 

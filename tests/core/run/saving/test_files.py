@@ -76,9 +76,9 @@ def test_damage_is_noticed(path):
 
 
 def test_a_file_that_is_laid_out_in_another_way_is_refused(path, monkeypatch):
-    for name in files.ROWS:
+    for name in files.CARRIED_ROWS:
         with monkeypatch.context() as other:
-            other.setitem(files.ROWS, name, np.dtype([("one", "f8"), ("two", "i4")]))
+            other.setitem(files.CARRIED_ROWS, name, np.dtype([("one", "f8"), ("two", "i4")]))
             files.layout.cache_clear()
             with pytest.raises(RecordError, match="files are laid out in another way"):
                 kt.resume(path)
@@ -147,7 +147,7 @@ def test_an_index_of_a_saved_run_that_is_out_of_its_table_ended_the_process(tmp_
     arrays = arrays_of(path.read_bytes())
     path.write_bytes(sealed(arrays))
     assert kt.resume(path).snapshot() == sim.snapshot()
-    for name, dtype in files.ROWS.items():
+    for name, dtype in files.CARRIED_ROWS.items():
         checked = [each for each in declared(dtype) if each.quantity not in UNCHECKED]
         far = [(each.name, FAR) for each in checked if each.quantity is not Quantity.COUNT]
         for column, value in [*((each.name, -FAR) for each in checked), *far, *WRONG.get(name, [])]:
