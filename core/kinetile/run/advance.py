@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from kinetile.errors import Refused
 from kinetile.kernel.clock import LONGEST_UNIT, SPAN, TICKS, time_unit
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.images import BEAT
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
 from kinetile.kernel.loop.loop import PASSING_BEGINS
@@ -29,6 +29,7 @@ from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import WALL_KIND as WALL_KIND
+from kinetile.scene.commands import COMMANDS
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -48,16 +49,9 @@ EventKind: TypeAlias = Literal[
     "structural", "turn", "accelerate", "kind", "move", "insert", "remove", "wall", "disc", "pass", "part"
 ]
 
-_COMMANDS: dict[int, EventKind] = {
-    TURNED: "turn",
-    ACCELERATED: "accelerate",
-    OF_KIND: "kind",
-    MOVED: "move",
-    INSERTED: "insert",
-    REMOVED: "remove",
-}
-
+_COMMANDS = cast("dict[int, EventKind]", {each.code: each.event for each in COMMANDS})
 _CODES = {kind: code for code, kind in _COMMANDS.items()}
+_TAKES = {each.code for each in COMMANDS if each.takes}
 
 EVENT_KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",
@@ -292,7 +286,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if engine.chunk(head.tick, UNLIMITED, most=1) == COMMAND_DUE:
                 continue  # no event has run yet: in tables that have grown another one may be the next
             engine.build()
-            if event is not None and event.kind in ("remove", "move"):  # after the passings that it ends
+            if event is not None and _CODES.get(event.kind) in _TAKES:  # after the passings that it ends
                 ended = sum(a > b for *_, a, b in pending_events)
                 pending_events.insert(ended, (event.epoch, event.tick, event.bodies[0], _CODES[event.kind]))
             elif event is not None and event.kind in ("structural", "turn", "accelerate", "kind", "insert"):
@@ -411,7 +405,7 @@ def _is_watched(engine: Engine, a: int, b: int) -> bool:
 def _event_of_row(engine: Engine, row: ContactRow) -> Event:
     epoch, tick, a, b = row
     k, when = engine.k, engine.clock.moment(epoch * TICKS + tick)
-    if b in (REMOVED, MOVED):
+    if b in _TAKES:
         return Event(*when, _COMMANDS[b], (a,))
     if b < 0:
         return Event(*when, "wall", (a,), wall=WALLS[b])

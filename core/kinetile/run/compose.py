@@ -41,8 +41,9 @@ from kinetile.plugin.protocols import (
 from kinetile.plugin.registry import defined_at, registry
 from kinetile.plugin.specs import PluginKind
 from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
-from kinetile.scene import Insert, Move, Remove, Response, Scene, are_alike
+from kinetile.scene import Insert, Response, Scene, are_alike
 from kinetile.scene.checks import shown
+from kinetile.scene.commands import LIVING, OF_CLASS
 from kinetile.scene.responses import ELASTIC, PASS
 from kinetile.scene.values import VALUES
 from kinetile.toolbox.reach import margin_of, skin_at_start
@@ -187,7 +188,7 @@ class Commands(IntEnum):
     @classmethod
     def of(cls, scene: Scene) -> Commands:
         """Returns which commands a scene has."""
-        if any(isinstance(command, Insert | Remove | Move) for command in scene.commands):
+        if any(OF_CLASS[type(command)] in LIVING for command in scene.commands):
             return cls.ALL
         return cls.TURNS if scene.commands else cls.NONE
 

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias, cast
 
 from kinetile.errors import Mistake, constructed, nearest
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REMOVED, TURNED
 from kinetile.scene.bodies import Coordinates
 from kinetile.scene.checks import (
     FARTHEST,
@@ -110,6 +111,54 @@ class Move(NamedTuple):
 
 Command: TypeAlias = Turn | Insert | Remove | Accelerate | SetKind | Move
 
+
+class CommandKind(NamedTuple):
+    """What commands of a class are called: their ``code`` in the log, their ``word`` in files, the kind of
+    their ``event``, and in words one and many of them. And what they do: what they give to a body, by the key
+    in files, in words and in form; whether they bring a body in, or take one out."""
+
+    made: Any
+    code: int
+    word: str
+    event: str
+    said: tuple[str, str]
+    gives: tuple[str, str, str] | None = None
+    brings: bool = False
+    takes: bool = False
+
+
+COMMANDS = (
+    CommandKind(Turn, TURNED, "turn", "turn", ("turn", "turns"), ("velocity", "a velocity", "[vx, vy]")),
+    CommandKind(
+        Accelerate,
+        ACCELERATED,
+        "accelerate",
+        "accelerate",
+        ("acceleration", "accelerations"),
+        ("acceleration", "an acceleration", "[ax, ay]"),
+    ),
+    CommandKind(
+        SetKind,
+        OF_KIND,
+        "set-kind",
+        "kind",
+        ("change of kind", "changes of kind"),
+        ("kind", "a kind", "the name of a kind"),
+    ),
+    CommandKind(
+        Move, MOVED, "move", "move", ("move", "moves"), ("position", "a position", "[x, y]"), True, True
+    ),
+    CommandKind(Insert, INSERTED, "insert", "insert", ("insertion", "insertions"), brings=True),
+    CommandKind(Remove, REMOVED, "remove", "remove", ("removal", "removals"), takes=True),
+)
+"""All kinds of commands: files, events, saved runs and engines go by this table. What they do is in the
+kernel (``kernel/loop/commands.py``)."""
+
+OF_CODE = {each.code: each for each in COMMANDS}
+OF_CLASS = {each.made: each for each in COMMANDS}
+LIVING = tuple(each for each in COMMANDS if each.brings or each.takes)
+"""Those by which bodies come or go."""
+
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
 
@@ -197,17 +246,9 @@ def with_ends(commands: Iterable[tuple[str, Command]]) -> list[tuple[str, Comman
 
 def counted(commands: Iterable[Command]) -> str:
     """Returns how many commands of each kind there are, in words; "none" if there are none."""
-    words = {
-        Turn: ("turn", "turns"),
-        Accelerate: ("acceleration", "accelerations"),
-        SetKind: ("change of kind", "changes of kind"),
-        Move: ("move", "moves"),
-        Insert: ("insertion", "insertions"),
-        Remove: ("removal", "removals"),
-    }
     counts = Counter(map(type, commands))
-    found = (f"{counts[each]:,} {word[counts[each] > 1]}" for each, word in words.items() if counts[each])
-    return ", ".join(found) or "none"
+    many = ((counts[each.made], each.said) for each in COMMANDS)
+    return ", ".join(f"{count:,} {said[count > 1]}" for count, said in many if count) or "none"
 
 
 def speeds(commands: Iterable[Command]) -> list[float]:
@@ -250,9 +291,8 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
     if not isinstance(command, Command):
-        kinds = ("Accelerate(...)", "Insert(...)", "Move(...)", "Remove(...)", "SetKind(...)")
-        expected = f"{', '.join(f'kinetile.{each}' for each in kinds)} or kinetile.Turn(...)"
-        return [Mistake(where, shown(command), expected)]
+        *kinds, last = sorted(f"kinetile.{each.made.__name__}(...)" for each in COMMANDS)
+        return [Mistake(where, shown(command), f"{', '.join(kinds)} or {last}")]
     mistakes = []
     for name, (field, value) in values_of(command).items():
         at = f"{where}.{name}"

@@ -21,7 +21,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import PluginKind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, read_count, shown
-from kinetile.scene.commands import Accelerate, Command, Insert, Move, Remove, SetKind, Turn
+from kinetile.scene.commands import COMMANDS, OF_CLASS, Command, Insert, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
@@ -253,7 +253,7 @@ class _File:
             unread=unread,
             complete=not (unread_kinds or left_out),
             turns=[where for where, _ in turns],
-            commands={where: _WORDS[type(each)] for where, each in commands},
+            commands={where: OF_CLASS[type(each)].word for where, each in commands},
         )
         given = given._replace(turns=[each for _, each in turns], commands=[each for _, each in commands])
         return scene_of(given, places)
@@ -393,10 +393,10 @@ class _File:
         found: list[tuple[str, Command]] = []
         for k, row in self._rows("commands"):
             where = f"commands[{k}]"
-            given = [kind for kind in _KINDS if kind in row]
+            given = [word for word in _WORDS if word in row]
             if len(given) != 1:
                 message = " and ".join(given) or "none of them"
-                self.mistakes.append(Mistake(where, message, f"one of {', '.join(_KINDS)}"))
+                self.mistakes.append(Mistake(where, message, f"one of {', '.join(_WORDS)}"))
             elif wrong := _unfit(row, where, given[0]):
                 self.mistakes += wrong
             else:
@@ -452,43 +452,27 @@ def _toml(value: Any, where: str = "") -> str:
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
 
 
-_KINDS: dict[str, Any] = {
-    "turn": Turn,
-    "accelerate": Accelerate,
-    "set-kind": SetKind,
-    "move": Move,
-    "insert": Insert,
-    "remove": Remove,
-}
-
-_WORDS = {kind: word for word, kind in _KINDS.items()}
-
-_EFFECTS = {
-    "turn": ("velocity", "a velocity", "[vx, vy]"),
-    "accelerate": ("acceleration", "an acceleration", "[ax, ay]"),
-    "set-kind": ("kind", "a kind", "the name of a kind"),
-    "move": ("position", "a position", "[x, y]"),
-}
-"""By its word what a command gives to a body: the key, in words, and what is expected."""
+_WORDS = {each.word: each for each in COMMANDS}
 
 
 def _unfit(row: Mapping[str, Any], where: str, given: str) -> list[Mistake]:
     """Returns the mistakes of a command without its velocity, acceleration or kind, or with another's."""
     mistakes = []
-    for kind, (key, named, form) in _EFFECTS.items():
+    for word, (key, named, form) in ((each.word, each.gives) for each in COMMANDS if each.gives):
         there = key in row
-        if there != (given == kind):
+        if there != (given == word):
             wanted = "none beside this: that of a new body is in insert" if there else form
             mistakes.append(Mistake(f"{where}.{key}", named if there else "nothing", wanted))
     return mistakes
 
 
 def _command(row: Mapping[str, Any]) -> Command:
-    name = next(each for each in _KINDS if each in row)
-    own = {"velocity": (0.0, 0.0)} | row[name] if name == "insert" else {"body": row[name]}
-    fields = {key: value for key, value in {**row, **own}.items() if key in _KINDS[name]._fields}
+    word = next(each for each in _WORDS if each in row)
+    kind = _WORDS[word].made
+    own = {"velocity": (0.0, 0.0)} | row[word] if kind is Insert else {"body": row[word]}
+    fields = {key: value for key, value in {**row, **own}.items() if key in kind._fields}
     values = {key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()}
-    made: Command = _KINDS[name](**values)
+    made: Command = kind(**values)
     return made
 
 
@@ -508,7 +492,6 @@ def _written_commands(scene: Scene) -> list[str]:
             size = {"radius": ("radius", each.radius) if number is None else ("shape", number)}
             given = {"insert": dict(size.get(key, (key, value)) for key, value in given.items())}
         else:
-            name = next(name for name, kind in _KINDS.items() if isinstance(each, kind))
-            given = {name: given.pop("body"), **given}
+            given = {OF_CLASS[type(each)].word: given.pop("body"), **given}
         lines += [f"{key} = {_toml(value)}" for key, value in given.items()]
     return lines

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias, cast
 
 from kinetile.errors import Mistake, SceneError, key_of, nearest, one_of
 from kinetile.scene.checks import MOST_MISTAKES, abridged, shown
-from kinetile.scene.commands import Insert
+from kinetile.scene.commands import COMMANDS, Insert
 from kinetile.scene.values import VALUES, Value, is_list, is_pair
 from kinetile.sources import open_regular
 
@@ -87,9 +87,9 @@ _FILE = Table(
         "bodies": Table("[[bodies]] tables", _ONE_BODY | {"turns": _TURN}, ("position", "radius")),
         "commands": Table(
             "[[commands]] tables",
-            {**_named("time", "at"), "insert": _INSERT}
-            | _named("remove", "turn", "velocity", "accelerate", "acceleration", "set-kind", "kind")
-            | _named("move", "position"),
+            _named("time", "at", *(each.gives[0] for each in COMMANDS if each.gives))
+            | {each.word: VALUES["body"] for each in COMMANDS}
+            | {"insert": _INSERT},
             ("time",),
         ),
         "responses": Table("[[responses]] tables", _RESPONSE, ("response",)),

@@ -194,7 +194,7 @@ VALUES: Mapping[str, Value] = {
         lambda axes: isinstance(axes, str) and axes in ("", "x", "y", "xy"),
     ),
     "kind": Value("the name of a kind, not 'wall' or '*', or a number below 2**31", object, is_kind, as_kind),
-    **dict.fromkeys(("body", "remove", "turn", "accelerate", "set-kind", "move"), _BODY),
+    "body": _BODY,
     "name": Value("a name of its own, text", str, lambda name: isinstance(name, str) and bool(name), str),
     "new body": replace(_BODY, form=is_whole, fit=lambda body: _is_index(body, -1)),
     "shape": Value("the number of one of [[shapes]], from 0", is_whole, _is_index),

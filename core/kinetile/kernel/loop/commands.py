@@ -85,6 +85,18 @@ enter = leave = ledge = to_be_filled_in
 
 
 @hook
+def brings(code: int) -> bool:
+    """Whether commands of a code bring a body in."""
+    return bool((code == INSERTED) | (code == MOVED))
+
+
+@hook
+def takes(code: int) -> bool:
+    """Whether commands of a code take their body out."""
+    return bool((code == REMOVED) | (code == MOVED))
+
+
+@hook
 def plan_changed(k: Kernel, body: int) -> None:
     """Make void what other entries say of a body with a new plan."""
     k.stamps[body] += 1
@@ -429,12 +441,12 @@ def remove_body(k: Kernel, body: int) -> None:
 def must_wait(k: Kernel, command: Records) -> int:
     """Return the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
-    if PASSINGS and (command.code == INSERTED or command.code == MOVED):
+    if PASSINGS and brings(command.code):
         most = k.clock[0].present * (MOST_IMAGES if PERIODIC else 1)
         rows += most
         if crowded(k, most):
             return CROWDED
-    if PASSINGS and (command.code == REMOVED or command.code == MOVED):
+    if PASSINGS and takes(command.code):
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
         support = slot_of(k, command.body)
@@ -551,11 +563,11 @@ def carry_out(k: Kernel, s: Any) -> int:
     lists = k.clock[0].lists
     command = k.commands[lists.command]
     lists.command += 1
-    if LIVING and (command.code == REMOVED or command.code == MOVED):
+    if LIVING and takes(command.code):
         take_out(k, s, command)
         if command.code == REMOVED:
             return NOBODY
-    if LIVING and (command.code == INSERTED or command.code == MOVED):
+    if LIVING and brings(command.code):
         return bring_in(k, s, command)
     at = command.tick
     body = slot_of(k, command.body)

@@ -20,18 +20,20 @@ from kinetile.kernel.features import (
     WALLED,
 )
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
-from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED
+from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
 from kinetile.kernel.loop.commands import (
     FREE,
     blocked_by,
+    brings,
     carry_out,
     caught_in,
     foresee_ledge,
     has_vacancy,
     must_wait,
     renew_plan,
+    takes,
 )
 from kinetile.kernel.loop.responses import (
     answer,
@@ -113,7 +115,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
         clock.fault.b = blocker
         clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase
         return BLOCKED, NO_TASK, NOBODY
-    if command.code == INSERTED or command.code == REMOVED or command.code == MOVED:
+    if brings(command.code) or takes(command.code):
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
             return COMMAND_DUE, NO_TASK, NOBODY
         task = REFRESH  # enter and leave have told the structure

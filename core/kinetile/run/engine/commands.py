@@ -22,12 +22,12 @@ import numpy as np
 
 from kinetile.arrays import Array, Rows
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields, Tables
-from kinetile.scene import Accelerate, Insert, Move, Remove, Scene, SetKind, Turn
+from kinetile.scene import Accelerate, Insert, Move, Scene, SetKind, Turn
 from kinetile.scene import Command as SceneCommand
-from kinetile.scene.commands import end_of
+from kinetile.scene.commands import OF_CLASS, OF_CODE, end_of
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
 
@@ -80,7 +80,7 @@ class Command(NamedTuple):
 
     def as_scene_has_it(self, clock: Clock, scene: Scene) -> SceneCommand:
         """Returns the command in a scene's form, with its exact time."""
-        kind, row = _KINDS[self.code], self.row
+        kind, row = OF_CODE[self.code].made, self.row
         time, epoch, tick = clock.moment(self.ticks)
         given: dict[str, Any] = {"time": time, "at": (epoch, tick, self.moment[1])}
         for name in (each for each in kind._fields if each != "name" and each not in given):
@@ -96,16 +96,6 @@ class Command(NamedTuple):
         made: SceneCommand = kind(**given)
         return made
 
-
-_KINDS: dict[int, Any] = {
-    TURNED: Turn,
-    ACCELERATED: Accelerate,
-    OF_KIND: SetKind,
-    MOVED: Move,
-    INSERTED: Insert,
-    REMOVED: Remove,
-}
-_CODES = {kind: code for code, kind in _KINDS.items()}
 
 _COLUMNS = {
     "position": ("x", "y"),
@@ -148,7 +138,7 @@ def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...
         given["acceleration"] = pull_of(command, scene.gravity)
         given["lifetime"] = command.lifetime or 0.0
         given["shape"] = number_of(shape, command.mass, scene) if isinstance(shape, Shape) else 0
-    values["code"] = _CODES[type(command)]
+    values["code"] = OF_CLASS[type(command)].code
     for name, value in given.items():
         columns = _COLUMNS.get(name, (name,))
         values |= zip(columns, value if len(columns) > 1 else (value,), strict=True)

@@ -16,7 +16,7 @@ import numpy as np
 
 from kinetile.arrays import Rows
 from kinetile.errors import NoRoom, Refused
-from kinetile.kernel.log import INSERTED, MOVED, OF_KIND, REMOVED
+from kinetile.kernel.log import INSERTED, OF_KIND, REMOVED
 from kinetile.kernel.loop.commands import FREE
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
@@ -25,6 +25,7 @@ from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.failures import blocked
 from kinetile.run.engine.kept import unchanged_if
 from kinetile.scene import Scene
+from kinetile.scene.commands import LIVING, OF_CODE
 from kinetile.toolbox.reach import fastest
 
 
@@ -101,7 +102,7 @@ class _Need(NamedTuple):
 
 
 def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
-    commands = Commands.ALL if code in (INSERTED, REMOVED, MOVED) else Commands.TURNS
+    commands = Commands.ALL if OF_CODE[code] in LIVING else Commands.TURNS
     bounds, speed = engine.bounds, 0.0
     if code not in (REMOVED, OF_KIND):  # which make nothing faster
         bounds, needed = _bounds_with(engine, rows, code)
@@ -118,7 +119,7 @@ def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
     """Returns the bounds with the energy of commands of one code, and where they put bodies, and the largest
     speed of a body then."""
     lightest, smallest, squares, speed, extent, skin = engine.bounds
-    if code in (INSERTED, MOVED) and not engine.bounded:
+    if OF_CODE[code].brings and not engine.bounded:
         far = max(map(abs, (*rows["x"].tolist(), *rows["y"].tolist())))
         extent = extent if far <= extent else 2.0 * far
     if code == INSERTED:

@@ -38,8 +38,9 @@ from kinetile.run.engine.commands import History, Planned, Told
 from kinetile.run.engine.ledger import Entries
 from kinetile.run.engine.state import Contents, RunState, numbers_of
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
-from kinetile.scene import Accelerate, Insert, Move, Remove, Response, Scene, SetKind, Settings, Turn
+from kinetile.scene import Response, Scene, Settings
 from kinetile.scene.checks import shown
+from kinetile.scene.commands import OF_CLASS
 from kinetile.scene.shapes import Shape
 from kinetile.sources import open_regular
 from kinetile.targets import reason, record_errors, replacing, writable_target
@@ -333,7 +334,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> Array:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (Accelerate, Insert, Move, Remove, SetKind, Settings, Shape, Told, Turn)
+_CLASSES: tuple[Any, ...] = (*OF_CLASS, Settings, Shape, Told)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetile.errors import RecordError
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED, WALLS
+from kinetile.kernel.log import INSERTED, REANCHORED, REMOVED, WALLS
 from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
 from kinetile.kernel.tables import JAMS, LONG_AGO, NEVER, NOBODY, Quantity, Role, declared
 from kinetile.run.compose import Composition
@@ -27,7 +27,7 @@ from kinetile.run.engine.state import RunState, numbers_of
 from kinetile.run.prepared import present_scene, widened
 from kinetile.scene import Insert, Scene
 from kinetile.scene.checks import LARGEST
-from kinetile.scene.commands import values_of
+from kinetile.scene.commands import OF_CODE, values_of
 from kinetile.scene.shapes import Shape
 
 
@@ -208,9 +208,6 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a pair that overlaps at the start is not of two bodies"
 
 
-_CODES = (TURNED, ACCELERATED, OF_KIND, MOVED, REANCHORED, INSERTED, REMOVED)
-
-
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
     """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
     contents, numbers = state.contents, numbers_of(scene, state.history)
@@ -222,7 +219,7 @@ def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
         body, code, row = each.body, each.code, each.row
         new = code == INSERTED
         known = 0 <= body < numbers and (body in present) != new
-        if code not in _CODES or not known or each.ticks < last:
+        if code not in (*OF_CODE, REANCHORED) or not known or each.ticks < last:
             yield f"a command for body {body} is impossible, or too late"
             return
         last = each.ticks

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from kinetile.arrays import Array, Floats, Integers
 from kinetile.errors import KinetileError
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, HELD, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED, TURNED
+from kinetile.kernel.log import HELD, REANCHORED
 from kinetile.kernel.plan import AcceleratedPlan, Plan, accelerated_position_after, accelerated_velocity_after
 from kinetile.kernel.tables import NEVER
 from kinetile.plugin.drawing import At, Box, Entry, Item, Link, Polygon, Segment, points_of
@@ -38,6 +38,7 @@ from kinetile.run.flights import COLUMNS_OF, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, whole_periods
+from kinetile.scene.commands import COMMANDS
 from kinetile.show.picture import ORDER, PAIRS_DRAWN, wants_pairs
 
 MOST_ROWS = 200_000
@@ -222,8 +223,8 @@ PLAYED_KINDS = (
 again, "hold" one with another present acceleration."""
 
 
-_COMMANDS = {TURNED: 3, REANCHORED: 8, ACCELERATED: 9, HELD: 10, OF_KIND: 11, MOVED: 12}
-_COMMANDS |= {INSERTED: 4, REMOVED: 5}
+_COMMANDS = {each.code: PLAYED_KINDS.index(each.event) for each in COMMANDS}
+_COMMANDS |= {REANCHORED: PLAYED_KINDS.index("anchor"), HELD: PLAYED_KINDS.index("hold")}
 """The same numbers by the codes of the log."""
 
 
