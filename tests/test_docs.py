@@ -36,7 +36,7 @@ from typer.testing import CliRunner
 import kinetile as kt
 from installing import install
 from kinetile.cli import app
-from kinetile.scene.schema import _FILE, Table
+from kinetile.scene.schema import _FILE, FileTable
 from registering import remove
 
 ROOT = Path(__file__).parents[1]
@@ -266,7 +266,7 @@ def test_all_keys_of_a_scene_file_stand_on_one_page():
     def keys(table):
         for name, field in table.keys.items():
             yield name
-            yield from keys(field) if isinstance(field, Table) else ()
+            yield from keys(field) if isinstance(field, FileTable) else ()
 
     shown = (DOCS / "scenes.md").read_text(encoding="utf-8").partition("All keys:")[2].partition("`save_")[0]
     assert {*re.findall(r"`\[?\[?([\w.-]+)", shown)} >= {*keys(_FILE)}

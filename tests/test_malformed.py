@@ -194,11 +194,11 @@ def changed_run(rng: random.Random, content: bytes, good: dict[str, np.ndarray])
     if way == 1:
         return sealed(arrays, rng.choice([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED]), rng.random() < 0.5)
     if way in (2, 3):
-        head = changed_json(rng, json.loads(arrays[files.HEAD].tobytes()))
+        head = changed_json(rng, json.loads(arrays[files.MAGIC].tobytes()))
         text = rng.choice([json.dumps(head), "[" * 100_000]) if rng.random() < 0.1 else json.dumps(head)
-        arrays[files.HEAD] = np.frombuffer(text.encode(), np.uint8)
+        arrays[files.MAGIC] = np.frombuffer(text.encode(), np.uint8)
     else:
-        name = rng.choice([each for each in arrays if each != files.HEAD])
+        name = rng.choice([each for each in arrays if each != files.MAGIC])
         array = arrays[name].copy()
         if way == 4 and array.size:
             raw = bytearray(array.tobytes())

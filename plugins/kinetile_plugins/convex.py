@@ -54,11 +54,11 @@ from kinetile.toolbox.lanes import (
     spread_whole,
 )
 from kinetile.toolbox.ticks import (
-    COUNT,
+    CORNERS,
     CX,
     CY,
+    FIRST_CORNER,
     FLUSH,
-    HEAD,
     NX,
     NY,
     OUT,
@@ -133,7 +133,7 @@ def around(f: Numbers, corner: int, reach: float, x: float, y: float, vx: float,
 @hook
 def faces_beside(row: int, count: int, face: int) -> tuple[int, int]:
     """Returns the faces of a difference before and after one of them."""
-    first = row + HEAD
+    first = row + FIRST_CORNER
     last = first + (count - 1) * WIDE
     return last if face == first else face - WIDE, first if face == last else face + WIDE
 
@@ -148,7 +148,7 @@ def until_corner(
     And clearly within the line of the face there: of two faces in one line, or almost, rounding decides which
     is crossed last, and the place may be in front of the other.
     """
-    before, after = faces_beside(row, int(f[row + COUNT]), face)
+    before, after = faces_beside(row, int(f[row + CORNERS]), face)
     gap = (f[face + NX] * x + f[face + NY] * y) - f[face + OUT]
     corner = face
     beside = before
@@ -169,8 +169,8 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
     It is not before the place is within the lines of all faces, moved out by R; and where it is then beyond
     an end of the face that it comes across last, not before it has come to that corner.
     """
-    count = int(f[row + COUNT])
-    faces = row + HEAD
+    count = int(f[row + CORNERS])
+    faces = row + FIRST_CORNER
     reach = f[row + RADIUS]
     if count == 1:
         return around(f, faces, reach + fat, x, y, vx, vy)
@@ -420,9 +420,9 @@ def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) ->
 @hook
 def end_of(f: Numbers, row: int, face: int, dx: float, dy: float) -> int:
     """Returns the corner at the end of a face beyond which a place is, or -1; without a radius -1 (9s)."""
-    faces = row + HEAD
+    faces = row + FIRST_CORNER
     after = face + WIDE
-    after = faces if after == faces + int(f[row + COUNT]) * WIDE else after
+    after = faces if after == faces + int(f[row + CORNERS]) * WIDE else after
     nx = f[face + NX]
     ny = f[face + NY]
     if f[row + RADIUS] > 0.0 and nx * (dy - f[face + CY]) - ny * (dx - f[face + CX]) < 0.0:
@@ -441,12 +441,12 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
     row = int(f[1 + one * int(f[0]) + other])
     if row == 0:
         return math.inf
-    faces = row + HEAD
+    faces = row + FIRST_CORNER
     corner = faces
-    if f[row + COUNT] > 1.0:
+    if f[row + CORNERS] > 1.0:
         found = faces
         highest = -math.inf
-        for k_face in range(int(f[row + COUNT])):
+        for k_face in range(int(f[row + CORNERS])):
             face = faces + k_face * WIDE
             apart = f[face + NX] * (dx - f[face + CX]) + f[face + NY] * (dy - f[face + CY])
             if apart > highest or (apart == highest and f[face + RANK] < f[found + RANK]):
@@ -476,12 +476,12 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
     if len(k.images) > 0:
         dx += k.clock[0].torus.right
         dy += k.clock[0].torus.up
-    count = int(f[row + COUNT]) if row > 0 else 1
-    for face in range(row + HEAD, row + HEAD + (count if count > 1 else 0) * WIDE, WIDE):
+    count = int(f[row + CORNERS]) if row > 0 else 1
+    for face in range(row + FIRST_CORNER, row + FIRST_CORNER + (count if count > 1 else 0) * WIDE, WIDE):
         if f[face + NX] == nx and f[face + NY] == ny:
             if new and end_of(f, row, face, dx, dy) >= 0:
                 return int(plan.anchor - 1)
-            after = face + WIDE if face < row + HEAD + (count - 1) * WIDE else row + HEAD
+            after = face + WIDE if face < row + FIRST_CORNER + (count - 1) * WIDE else row + FIRST_CORNER
             begin = nx * (dy - f[face + CY]) - ny * (dx - f[face + CX])
             end = nx * (dy - f[after + CY]) - ny * (dx - f[after + CX])
             rate = sense * (nx * plan.vy - ny * plan.vx)
@@ -501,8 +501,8 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
     (dx, dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
     f = k.numbers
     row = row_of(k, a, b)
-    count = int(f[row + COUNT])
-    faces = row + HEAD
+    count = int(f[row + CORNERS])
+    faces = row + FIRST_CORNER
     reach = f[row + RADIUS]
     corner = faces
     if count > 1:
@@ -628,10 +628,10 @@ def not_before_accelerated(f: Numbers, row: int, fat: float, span: float, doubt:
     away = not_before(
         f, row, dx, dy, vx + 0.5 * bx * span, vy + 0.5 * by * span, fat + 0.125 * pulls * span * span
     )
-    count = int(f[row + COUNT])
-    beside = row + HEAD if count == 1 else -1
+    count = int(f[row + CORNERS])
+    beside = row + FIRST_CORNER if count == 1 else -1
     ends = math.inf
-    for face in range(row + HEAD, row + HEAD + count * WIDE if count > 1 else 0, WIDE):
+    for face in range(row + FIRST_CORNER, row + FIRST_CORNER + count * WIDE if count > 1 else 0, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
         before, after = faces_beside(row, count, face)
@@ -713,7 +713,7 @@ class Convex:
         rows = [int(row) for row in numbers[1 : 1 + len(scene.shapes) ** 2] if row]
         bounds = soonest
         if all(numbers[row + PLAIN] for row in rows):
-            bounds = soonest_of_boxes if all(numbers[row + COUNT] > 1 for row in rows) else soonest_of_plain
+            bounds = soonest_of_boxes if all(numbers[row + CORNERS] > 1 for row in rows) else soonest_of_plain
         periodic, accelerated = bool(scene.periodic), scene.bent
         bounds = bounds if scene.uniform else soonest_accelerated
         return PairParts(

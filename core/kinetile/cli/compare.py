@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 _PHASES = "Broad phases, the first being the reference; by default all that take the scene."
-Phases = Annotated[str | None, cli.option(_PHASES, "A,B,...")]
+ComparedPhases = Annotated[str | None, cli.option(_PHASES, "A,B,...")]
 
 
 def compare(
     scene: cli.SceneName = "grid",
     parameters: cli.Parameters = None,
-    phases: Phases = None,
+    phases: ComparedPhases = None,
     narrow_phase: cli.NarrowPhases = None,
     until: cli.Until = None,
     max_contacts: cli.MaxContacts = None,

@@ -8,7 +8,7 @@ from kinetile.kernel.compiled import hook
 from kinetile.kernel.pairs import follower
 from kinetile.kernel.tables import Kernel
 
-ELASTIC, PASS, FIRST = range(3)
+IS_ELASTIC, IS_PASS, FIRST = range(3)
 """Responses, as rows of ``k.rules`` name them; hooks of responses are numbered from ``FIRST`` on."""
 
 MOST_IMAGES = 4
@@ -31,7 +31,7 @@ def rule_of(k: Kernel, a: int, b: int) -> int:
 @hook
 def passes(k: Kernel, a: int, b: int) -> bool:
     """Whether two bodies pass through each other. Before: the scene has rules."""
-    return bool(k.rules[rule_of(k, a, b)].response == PASS)
+    return bool(k.rules[rule_of(k, a, b)].response == IS_PASS)
 
 
 @hook

@@ -306,7 +306,7 @@ class NarrowPhase(Protocol):
         """Returns the parts for a scene; raises ``errors.Refused`` for one that this phase cannot do."""
 
 
-MOST = 2**31 - 1
+MOST_BODIES = 2**31 - 1
 """Pairs and bodies are numbered in 32 bits."""
 
 PYTHON_PARTS = ("arrange", "audit", "draw")
@@ -371,8 +371,12 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
         yield f"there is {there} and no {missing}; expected both or neither"
     for name in ("pairs", "room"):
         number = getattr(parts, name)
-        if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number <= MOST:
-            yield f"{name} is {_shown(number)}; expected a whole number from 0 to {MOST}"
+        if (
+            isinstance(number, bool)
+            or not isinstance(number, int | np.integer)
+            or not 0 <= number <= MOST_BODIES
+        ):
+            yield f"{name} is {_shown(number)}; expected a whole number from 0 to {MOST_BODIES}"
     state = parts.state
     if not isinstance(state, tuple) or not hasattr(state, "_fields"):
         yield f"state is {_shown(state)}; expected a NamedTuple of arrays"

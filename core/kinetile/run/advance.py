@@ -29,7 +29,7 @@ from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import WALL_KIND as WALL_KIND
-from kinetile.scene.commands import COMMANDS
+from kinetile.scene.commands import COMMAND_KINDS
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -49,9 +49,9 @@ EventKind: TypeAlias = Literal[
     "structural", "turn", "accelerate", "kind", "move", "insert", "remove", "wall", "disc", "pass", "part"
 ]
 
-_COMMANDS = cast("dict[int, EventKind]", {each.code: each.event for each in COMMANDS})
+_COMMANDS = cast("dict[int, EventKind]", {each.code: each.event for each in COMMAND_KINDS})
 _CODES = {kind: code for code, kind in _COMMANDS.items()}
-_TAKES = {each.code for each in COMMANDS if each.takes}
+_TAKES = {each.code for each in COMMAND_KINDS if each.takes}
 
 EVENT_KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",

@@ -23,7 +23,7 @@ from kinetile.kernel.features import MIXED, PAIRS, PASSINGS, PERIODIC, RESTING, 
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
-from kinetile.kernel.passings import PASS, is_passing
+from kinetile.kernel.passings import IS_PASS, is_passing
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import (
@@ -259,7 +259,7 @@ def _overlapping(
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it; of
     shapes ``between`` says by how much."""
     kinds, kind, radius, number = k.clock[0].kinds, k.traits.kind, k.bodies.radius, k.queue.number
-    passes = k.rules.response == PASS
+    passes = k.rules.response == IS_PASS
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = np.array(list(product(*(range(-1, 2) if period else range(1) for period in periods))))

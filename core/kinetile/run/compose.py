@@ -23,7 +23,7 @@ from kinetile.kernel.loop.checked import checked, dissipating, parting
 from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
-from kinetile.kernel.passings import PASS as PASSES
+from kinetile.kernel.passings import IS_PASS as PASSES
 from kinetile.kernel.plan import LEAST_SPAN, shortest
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Kernel, Records, record_table
@@ -43,7 +43,7 @@ from kinetile.plugin.specs import PluginKind
 from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
 from kinetile.scene import Insert, Response, Scene, are_alike
 from kinetile.scene.checks import shown
-from kinetile.scene.commands import LIVING, OF_CLASS
+from kinetile.scene.commands import COME_OR_GO, OF_CLASS
 from kinetile.scene.responses import ELASTIC, PASS
 from kinetile.scene.values import VALUES
 from kinetile.toolbox.reach import margin_of, skin_at_start
@@ -71,8 +71,8 @@ CALLED_WITH = {
 a change of theirs compiles no loop again that never calls them."""
 
 P = TypeVar("P", bound=Parts)
-Options = Mapping[str, Any]
-Named = Mapping[str, Options]
+PhaseOptions = Mapping[str, Any]
+Named = Mapping[str, PhaseOptions]
 """Narrow phases by name, with their options."""
 
 
@@ -188,7 +188,7 @@ class Commands(IntEnum):
     @classmethod
     def of(cls, scene: Scene) -> Commands:
         """Returns which commands a scene has."""
-        if any(OF_CLASS[type(command)] in LIVING for command in scene.commands):
+        if any(OF_CLASS[type(command)] in COME_OR_GO for command in scene.commands):
             return cls.ALL
         return cls.TURNS if scene.commands else cls.NONE
 
@@ -199,7 +199,7 @@ class Composition:
     bodies pass through each other, without ``wall`` there are no walls, without ``rules`` all is elastic."""
 
     broad_phase: str
-    options: Options
+    options: PhaseOptions
     narrow_phases: Named
     broad: BroadPhaseParts
     pair: PairParts | None
@@ -330,7 +330,7 @@ def compose_phases(
     scene: Scene,
     broad_phase: str | None,
     narrow_phases: Sequence[str] | Named | None,
-    options: Options | None,
+    options: PhaseOptions | None,
 ) -> Composition:
     """Finds the phases by name and prepares them for a scene. None follows the scene's settings, over whose
     options those given here go, or: ``DEFAULT_BROAD_PHASE``, ``disc`` or ``convex``, and ``wall`` in an
@@ -363,7 +363,7 @@ class _BroadPhaseRefuses(Refused):
     """A broad phase does not accept a scene, and another one may."""
 
 
-def _compose(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
+def _compose(scene: Scene, name: str, narrow: Named, options: PhaseOptions | None) -> Composition:
     """Prepares the phases of these names for a scene. Where they are refused, the error names the phases, of
     all that are installed, with which the scene is not."""
     try:
@@ -380,7 +380,7 @@ def _compose(scene: Scene, name: str, narrow: Named, options: Options | None) ->
         raise Refused(f"{refused}: {others}") from refused
 
 
-def _accepts(scene: Scene, name: str, narrow: Named, options: Options | None) -> bool:
+def _accepts(scene: Scene, name: str, narrow: Named, options: PhaseOptions | None) -> bool:
     with suppress(KinetileError):
         _prepared(scene, name, narrow, options)
         return True
@@ -391,11 +391,11 @@ def accepting(
     scene: Scene,
     narrow_phases: Sequence[str] | Named | None = None,
     refused: Named | None = None,
-) -> list[tuple[str, Options]]:
+) -> list[tuple[str, PhaseOptions]]:
     """Returns the names of the installed broad phases that accept a scene with these narrow phases, with the
     options that they need for it. ``refused`` are options of phases beside those of the scene; where a phase
     does not accept the scene with its options, it is tried with their defaults."""
-    found: list[tuple[str, Options]] = []
+    found: list[tuple[str, PhaseOptions]] = []
     narrow = _named(scene, narrow_phases)
     for name in registry().names("broad phase"):
         own = (refused or {}).get(name, {})
@@ -409,7 +409,7 @@ def accepting(
     return found
 
 
-def _prepared(scene: Scene, name: str, narrow: Named, options: Options | None) -> Composition:
+def _prepared(scene: Scene, name: str, narrow: Named, options: PhaseOptions | None) -> Composition:
     own = scene.settings.options
     broad_options = {**own.get(name, {}), **(options or {})}
     broad = _prepare("broad phase", name, broad_options, scene, BroadPhaseParts)
@@ -471,7 +471,7 @@ def _demand_periodic(
         raise _BroadPhaseRefuses(f"broad phase {broad[0]!r} {message}")
 
 
-def _narrow_parts(scene: Scene, options: Named, decides: Options) -> dict[str, PairParts | WallParts]:
+def _narrow_parts(scene: Scene, options: Named, decides: PhaseOptions) -> dict[str, PairParts | WallParts]:
     """Prepares the narrow phases: those for pairs that decide contacts, and one for walls at most."""
     found: dict[str, PairParts | WallParts] = {}
     for each, own in options.items():
@@ -521,7 +521,7 @@ def _demand_solid(
 
 
 def _prepare(
-    kind: PluginKind, name: str, options: Options, scene: Scene, wanted: type[P], why: str = ""
+    kind: PluginKind, name: str, options: PhaseOptions, scene: Scene, wanted: type[P], why: str = ""
 ) -> P:
     """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
     phase = registry().target(kind, name)
@@ -544,7 +544,7 @@ def _prepare(
 
 
 def check_options(
-    kind: str, name: str, phase: Callable[..., Any], options: Options, common: Iterable[str] = ()
+    kind: str, name: str, phase: Callable[..., Any], options: PhaseOptions, common: Iterable[str] = ()
 ) -> None:
     """Refuses an option that neither the phase's constructor nor all of its kind (``common``) have, with the
     nearest and all known ones."""

@@ -26,7 +26,7 @@ from kinetile.scene.checks import (
     Extent,
     shown,
 )
-from kinetile.scene.shapes import SEGMENTS, Table, overlapping_shapes
+from kinetile.scene.shapes import SEGMENTS, ShapeTable, overlapping_shapes
 from kinetile.scene.values import VALUES
 
 Coordinates: TypeAlias = Sequence[float] | Array
@@ -44,7 +44,7 @@ class Bodies:
     radius: Floats
     mass: Floats
     unknown: Mapping[str, Flags]
-    table: Table | None = None
+    table: ShapeTable | None = None
 
     def __len__(self) -> int:
         return len(self.mass)

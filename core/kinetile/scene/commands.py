@@ -127,7 +127,7 @@ class CommandKind(NamedTuple):
     takes: bool = False
 
 
-COMMANDS = (
+COMMAND_KINDS = (
     CommandKind(Turn, TURNED, "turn", "turn", ("turn", "turns"), ("velocity", "a velocity", "[vx, vy]")),
     CommandKind(
         Accelerate,
@@ -154,9 +154,9 @@ COMMANDS = (
 """All kinds of commands: files, events, saved runs and engines go by this table. What they do is in the
 kernel (``kernel/loop/commands.py``)."""
 
-OF_CODE = {each.code: each for each in COMMANDS}
-OF_CLASS = {each.made: each for each in COMMANDS}
-LIVING = tuple(each for each in COMMANDS if each.brings or each.takes)
+OF_CODE = {each.code: each for each in COMMAND_KINDS}
+OF_CLASS = {each.made: each for each in COMMAND_KINDS}
+COME_OR_GO = tuple(each for each in COMMAND_KINDS if each.brings or each.takes)
 """Those by which bodies come or go."""
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
@@ -247,7 +247,7 @@ def with_ends(commands: Iterable[tuple[str, Command]]) -> list[tuple[str, Comman
 def counted(commands: Iterable[Command]) -> str:
     """Returns how many commands of each kind there are, in words; "none" if there are none."""
     counts = Counter(map(type, commands))
-    many = ((counts[each.made], each.said) for each in COMMANDS)
+    many = ((counts[each.made], each.said) for each in COMMAND_KINDS)
     return ", ".join(f"{count:,} {said[count > 1]}" for count, said in many if count) or "none"
 
 
@@ -291,7 +291,7 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
     """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
     if not isinstance(command, Command):
-        *kinds, last = sorted(f"kinetile.{each.made.__name__}(...)" for each in COMMANDS)
+        *kinds, last = sorted(f"kinetile.{each.made.__name__}(...)" for each in COMMAND_KINDS)
         return [Mistake(where, shown(command), f"{', '.join(kinds)} or {last}")]
     mistakes = []
     for name, (field, value) in values_of(command).items():

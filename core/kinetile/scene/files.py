@@ -21,7 +21,7 @@ from kinetile.kernel.clock import Clock
 from kinetile.plugin.specs import PluginKind as PluginKind
 from kinetile.scene.by_name import accepted_parameters, known_options, make_scene, parameter_mistakes
 from kinetile.scene.checks import abridged, check_name, option_mistakes, read_count, shown
-from kinetile.scene.commands import COMMANDS, OF_CLASS, Command, Insert, Turn
+from kinetile.scene.commands import COMMAND_KINDS, OF_CLASS, Command, Insert, Turn
 from kinetile.scene.frame import check_frame
 from kinetile.scene.reader import FilePlaces, Given
 from kinetile.scene.responses import Response, Rule
@@ -452,13 +452,13 @@ def _toml(value: Any, where: str = "") -> str:
     raise BadOption(f"{where} is {shown(value)}; expected a number, text, a list or a table to write to TOML")
 
 
-_WORDS = {each.word: each for each in COMMANDS}
+_WORDS = {each.word: each for each in COMMAND_KINDS}
 
 
 def _unfit(row: Mapping[str, Any], where: str, given: str) -> list[Mistake]:
     """Returns the mistakes of a command without its velocity, acceleration or kind, or with another's."""
     mistakes = []
-    for word, (key, named, form) in ((each.word, each.gives) for each in COMMANDS if each.gives):
+    for word, (key, named, form) in ((each.word, each.gives) for each in COMMAND_KINDS if each.gives):
         there = key in row
         if there != (given == word):
             wanted = "none beside this: that of a new body is in insert" if there else form

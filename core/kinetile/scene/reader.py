@@ -40,7 +40,7 @@ from kinetile.scene.commands import (
 from kinetile.scene.frame import check_frame, check_pace, check_periodic, check_pull
 from kinetile.scene.responses import SceneRules, read_rules, refusals, settles
 from kinetile.scene.settings import Settings, check_end, check_settings
-from kinetile.scene.shapes import Obstacle, Shape, Table, are_given, beside, read_table
+from kinetile.scene.shapes import Obstacle, Shape, ShapeTable, are_given, beside, read_table
 from kinetile.scene.values import VALUES
 
 
@@ -251,7 +251,7 @@ def _check_flights(
 
 def _arrays_of(bodies: Bodies, pulls: Floats, rules: SceneRules) -> dict[str, Any]:
     """Returns the fields that say something of each body, arrays read-only, with the tables they name."""
-    table = bodies.table or Table((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
+    table = bodies.table or ShapeTable((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
     arrays = {name: getattr(bodies, name) for name in BODY_COLUMNS}
     arrays |= {"shape": table.index, "acceleration": pulls}
     for array in (*arrays.values(), rules.kind):

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias, cast
 
 from kinetile.errors import Mistake, SceneError, key_of, nearest, one_of
 from kinetile.scene.checks import MOST_MISTAKES, abridged, shown
-from kinetile.scene.commands import COMMANDS, Insert
+from kinetile.scene.commands import COMMAND_KINDS, Insert
 from kinetile.scene.values import VALUES, Value, is_list, is_pair
 from kinetile.sources import open_regular
 
@@ -33,16 +33,16 @@ _MOST = 100
 
 
 @dataclass(frozen=True)
-class Table:
+class FileTable:
     """A table of a file, or each of a list of them: its keys, and those of which none may be left out."""
 
     what: str
-    keys: Mapping[str, Value | Table]
+    keys: Mapping[str, Value | FileTable]
     needed: Collection[str] = ()
     is_list: bool = True
 
 
-def _named(*names: str) -> dict[str, Value | Table]:
+def _named(*names: str) -> dict[str, Value | FileTable]:
     return {name: VALUES[name] for name in names}
 
 
@@ -51,30 +51,30 @@ def _are_places(value: Any) -> bool:
 
 
 _ONE_BODY = _named("position", "velocity", "radius", "mass", "acceleration", "kind", "shape", "name")
-_TURN = Table("[[bodies.turns]] tables", _named("time", "velocity"), ("time", "velocity"))
+_TURN = FileTable("[[bodies.turns]] tables", _named("time", "velocity"), ("time", "velocity"))
 _INSERTED = [name for name in Insert._fields if name not in ("time", "at")]
-_INSERT = Table(
+_INSERT = FileTable(
     "a table with position, velocity, radius or shape, and mass",
     _named(*_INSERTED),
     ("position", "radius"),
     is_list=False,
 )
-_SHAPE: dict[str, Value | Table] = {
+_SHAPE: dict[str, Value | FileTable] = {
     "kind": Value('"disc", "box", "capsule", "segment" or "polygon"', str),
     **_named("radius", "width", "height", "from", "to"),
     "corners": Value("a list of corners, each [x, y]", _are_places),
 }
-_POLYLINE: dict[str, Value | Table] = {
+_POLYLINE: dict[str, Value | FileTable] = {
     "points": Value("a list of points, each [x, y]", _are_places),
     "closed": Value("true or false", bool),
     **_named("kind"),
 }
-_RESPONSE: dict[str, Value | Table] = {
+_RESPONSE: dict[str, Value | FileTable] = {
     "between": Value('two kinds, or one and "wall"; "*" for any', lambda two: is_list(two, length=2)),
     "response": Value("the name of a response", str),
     "options": Value("a table of the response's options", dict),
 }
-_FILE = Table(
+_FILE = FileTable(
     "",
     {
         **_named("arena", "periodic", "gravity", "start", "until", "end"),
@@ -82,17 +82,17 @@ _FILE = Table(
         "recipe": Value("the name of a recipe", str),
         "parameters": Value("a table of the recipe's parameters", dict),
         **_named("unit"),
-        "shapes": Table("[[shapes]] tables", _SHAPE, ("kind",)),
-        "obstacles": Table("[[obstacles]] tables", _POLYLINE, ("points",)),
-        "bodies": Table("[[bodies]] tables", _ONE_BODY | {"turns": _TURN}, ("position", "radius")),
-        "commands": Table(
+        "shapes": FileTable("[[shapes]] tables", _SHAPE, ("kind",)),
+        "obstacles": FileTable("[[obstacles]] tables", _POLYLINE, ("points",)),
+        "bodies": FileTable("[[bodies]] tables", _ONE_BODY | {"turns": _TURN}, ("position", "radius")),
+        "commands": FileTable(
             "[[commands]] tables",
-            _named("time", "at", *(each.gives[0] for each in COMMANDS if each.gives))
-            | {each.word: VALUES["body"] for each in COMMANDS}
+            _named("time", "at", *(each.gives[0] for each in COMMAND_KINDS if each.gives))
+            | {each.word: VALUES["body"] for each in COMMAND_KINDS}
             | {"insert": _INSERT},
             ("time",),
         ),
-        "responses": Table("[[responses]] tables", _RESPONSE, ("response",)),
+        "responses": FileTable("[[responses]] tables", _RESPONSE, ("response",)),
         "kinds": Value("a list of all kinds of bodies", list),
     },
     is_list=False,
@@ -119,7 +119,7 @@ class _Faults:
         self.lacking: set[KeyPath] = set()
         self._odd: Counter[KeyPath] = Counter()
 
-    def of_table(self, place: KeyPath, table: Table, given: Any) -> None:
+    def of_table(self, place: KeyPath, table: FileTable, given: Any) -> None:
         if not isinstance(given, dict):
             self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
             return
@@ -137,13 +137,13 @@ class _Faults:
         if place not in self.meant:
             self.mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
 
-    def _of_value(self, place: KeyPath, field: Value | Table, given: Any) -> None:
-        if isinstance(field, Table) and field.is_list and isinstance(given, list):
+    def _of_value(self, place: KeyPath, field: Value | FileTable, given: Any) -> None:
+        if isinstance(field, FileTable) and field.is_list and isinstance(given, list):
             for k, row in enumerate(given):
                 self.of_table((*place, k), field, row)
-        elif isinstance(field, Table) and not field.is_list:
+        elif isinstance(field, FileTable) and not field.is_list:
             self.of_table(place, field, given)
-        elif isinstance(field, Table) or not field.has_form(given):
+        elif isinstance(field, FileTable) or not field.has_form(given):
             self.mistakes[place] = Mistake(written(place), shown(given), expected(place))
         elif (isinstance(given, dict) or place[-1] == "narrow-phases") and len(given) > _MOST:
             self.mistakes[place] = Mistake(written(place), f"{len(given):,} entries", f"at most {_MOST}")
@@ -180,7 +180,7 @@ def _belongs(place: KeyPath) -> str:
     within = [
         f"[[{'.'.join([*path, name])}]]" if field.is_list else f"{name} = {{ ... }}"
         for name, field in _table(place).keys.items()
-        if isinstance(field, Table) and key in field.keys
+        if isinstance(field, FileTable) and key in field.keys
     ]
     return f"it in {' or '.join(within)}" if within and not nearest(key, _keys(place)) else ""
 
@@ -207,11 +207,11 @@ def _keys(place: KeyPath) -> dict[str, str]:
     return {name: field.what for name, field in _table(place).keys.items()}
 
 
-def _table(place: KeyPath) -> Table:
+def _table(place: KeyPath) -> FileTable:
     table = _FILE
     for step in place[:-1]:
         if isinstance(step, str):
-            table = cast(Table, table.keys[step])
+            table = cast(FileTable, table.keys[step])
     return table
 
 

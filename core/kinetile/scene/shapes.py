@@ -21,7 +21,7 @@ from kinetile.errors import Mistake, SceneError, answering, key_of
 from kinetile.lazy import needed
 from kinetile.scene.checks import LARGEST, RANGE, SMALLEST, TOLERANCE, is_finite, shown
 from kinetile.scene.differences import Exact, Place, core_difference, cross, exact, is_closer, less
-from kinetile.scene.values import SIZE, VALUES
+from kinetile.scene.values import SIZE_VALUE, VALUES
 
 MOST_CORNERS = 8
 """The most corners of a core."""
@@ -105,7 +105,7 @@ def disc(radius: float) -> Shape:
 def box(width: float, height: float) -> Shape:
     """Returns an upright box around the reference point."""
     sides = {"width": width, "height": height}
-    wrong = [mistake for name, side in sides.items() for mistake in SIZE.mistakes(side, name)]
+    wrong = [mistake for name, side in sides.items() for mistake in SIZE_VALUE.mistakes(side, name)]
     if wrong:
         raise SceneError(wrong, "the box")
     return Shape(_corners_of_box(float(width), float(height)))
@@ -113,7 +113,7 @@ def box(width: float, height: float) -> Shape:
 
 def capsule(a: Sequence[float], b: Sequence[float], radius: float) -> Shape:
     """Returns all that is within ``radius`` of the line from a to b, places from the reference point."""
-    wrong = SIZE.mistakes(radius, "radius")
+    wrong = SIZE_VALUE.mistakes(radius, "radius")
     if wrong:
         raise SceneError(wrong, "the capsule")
     return _made((a, b), radius, {"core[0]": "a", "core[1]": "b"})
@@ -170,7 +170,7 @@ def _wrong_numbers(core: Any, radius: Any) -> list[Mistake]:
         if len(core) == 1 and is_finite(radius) and radius == 0:
             mistakes.append(Mistake("radius", "0 around a single corner", f"a number {RANGE}"))
     if not is_finite(radius) or radius != 0:
-        wrong = SIZE.mistakes(radius, "radius")
+        wrong = SIZE_VALUE.mistakes(radius, "radius")
         mistakes += [each._replace(expected=f"0, or {each.expected}") for each in wrong]
     return mistakes
 
@@ -334,7 +334,7 @@ def convex_parts(points: Any, *, kind: str | int = OBSTACLE) -> list[Obstacle]:
 
 
 @dataclass(frozen=True)
-class Table:
+class ShapeTable:
     """The shapes of a scene's bodies: the table, (n,) the index of each body, and (n,) which are unknown."""
 
     shapes: tuple[Shape, ...]
@@ -368,7 +368,7 @@ class Table:
 
 def read_table(
     shape: Any, shapes: Any, bodies: int, mistakes: list[Mistake], unread: Flags | None = None
-) -> Table:
+) -> ShapeTable:
     """Returns the shapes of bodies as given, and appends mistakes, but of those without numbers, (n,)."""
     nothing, everything = np.zeros(bodies, dtype=np.int64), np.ones(bodies, dtype=np.bool_)
     if isinstance(shape, Shape):
@@ -378,29 +378,33 @@ def read_table(
     table = tuple(shapes) if isinstance(shapes, tuple | list) else ()
     if not all(isinstance(each, Shape) for each in table) or not (table or unread is not None):
         mistakes.append(Mistake("shapes", shown(shapes), "a list of shapes: kt.box(...), kt.disc(...), ..."))
-        return Table((), nothing, everything)
+        return ShapeTable((), nothing, everything)
     given = np.asarray(shape)
     if (given.dtype.kind not in "iu" and given.size) or given.shape not in ((), (bodies,)):
         right = f"the number of a shape for each of the {bodies} bodies, or one for all"
         mistakes.append(Mistake("shape", "nothing" if shape is None else shown(shape), right))
-        return Table(table, nothing, everything)
+        return ShapeTable(table, nothing, everything)
     index = np.array(np.broadcast_to(given, (bodies,)), dtype=np.int64)
     known = everything if unread is None else ~unread
     there = (index >= 0) & (index < len(table))
     right = f"the number of a shape, 0 to {len(table) - 1}" if table else "a table [[shapes]] to count in"
     for i in np.flatnonzero(known & ~there).tolist():
         mistakes.append(Mistake(f"bodies[{i}].shape", str(index[i]), right))
-    return Table(table, index, ~(known & there))
+    return ShapeTable(table, index, ~(known & there))
 
 
 def beside(
-    table: Table | None, radius: Floats, unread: Flags, obstacles: Sequence[Obstacle], listed: Iterable[Shape]
-) -> Table:
+    table: ShapeTable | None,
+    radius: Floats,
+    unread: Flags,
+    obstacles: Sequence[Obstacle],
+    listed: Iterable[Shape],
+) -> ShapeTable:
     """Returns the shapes of bodies and of obstacles after them: those listed come first, others as they are
     met; ``table`` is None for discs of (n,) these radii, some of them unread."""
     own: list[Shape | None]
     if table is None:
-        fit = ~unread & SIZE.holds(radius)
+        fit = ~unread & SIZE_VALUE.holds(radius)
         discs = {each: disc(each) for each in set(radius[fit].tolist())}
         own = [discs.get(each) for each in radius.tolist()]
     else:
@@ -410,7 +414,7 @@ def beside(
     every = [*own, *(each.shape for each in obstacles)]
     index = [0 if each is None else numbers.setdefault(each, len(numbers)) for each in every]
     unknown = np.array([each is None for each in every], dtype=np.bool_)
-    return Table(tuple(numbers), np.array(index, dtype=np.int64), unknown)
+    return ShapeTable(tuple(numbers), np.array(index, dtype=np.int64), unknown)
 
 
 def are_given(shape: object, shapes: object) -> bool:
@@ -422,7 +426,7 @@ def are_given(shape: object, shapes: object) -> bool:
 
 def overlapping_shapes(
     position: Floats,
-    table: Table,
+    table: ShapeTable,
     bodies: npt.NDArray[np.intp],
     pairs: Integers,
     periods: tuple[float, float] = (0.0, 0.0),

@@ -145,20 +145,20 @@ _MOMENT = Value(
 _BODY = Value("the number of a body", lambda body: is_whole(body) or isinstance(body, str), _is_index, int)
 _PLACE = _pair("[x, y]")
 
-SIZE = Value("a finite number greater than 0", fit=_is_size, within=f"a number {RANGE}", least=SMALLEST)
+SIZE_VALUE = Value("a finite number greater than 0", fit=_is_size, within=f"a number {RANGE}", least=SMALLEST)
 
 VALUES: Mapping[str, Value] = {
     "position": _PLACE,
     "velocity": _pair("[vx, vy]"),
-    "radius": SIZE,
+    "radius": SIZE_VALUE,
     "mass": replace(
-        SIZE,
+        SIZE_VALUE,
         what="a number greater than 0, or inf",
         fit=lambda mass: is_number(mass) and (mass == math.inf or _is_size(mass)),
         most=math.inf,
     ),
-    "width": SIZE,
-    "height": SIZE,
+    "width": SIZE_VALUE,
+    "height": SIZE_VALUE,
     "from": _PLACE,
     "to": _PLACE,
     "gravity": _pull("[gx, gy]"),
@@ -171,7 +171,7 @@ VALUES: Mapping[str, Value] = {
         least=SMALLEST,
     ),
     **dict.fromkeys(("time", "start", "until"), _TIME),
-    "lifetime": SIZE,
+    "lifetime": SIZE_VALUE,
     **dict.fromkeys(("at", "end"), _MOMENT),
     "broad-phase": Value(
         "the name of a broad phase; options are in [options.NAME]", str, lambda name: isinstance(name, str)

@@ -21,7 +21,7 @@ from kinetile.run.flights import Flights
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Insert, Scene
 from kinetile.show.picture import LOOKS, counted, round_below
-from kinetile.show.svg import LINE, MARGIN, SIZE, document, number, paper_rules
+from kinetile.show.svg import INSET, LENGTH, LINE_HEIGHT, document, number, paper_rules
 
 MOST_PIECES = 20_000
 """The limit of pieces of bands: about 3 MB of SVG."""
@@ -149,11 +149,14 @@ def _extent(
 
 def space_time_svg(run: SpaceTime) -> bytes:
     """Returns a run in space and time as an SVG file, with a light and a dark colour scheme."""
-    across = SIZE / (run.high - run.low)
+    across = LENGTH / (run.high - run.low)
     up = HEIGHT / (run.end - run.begin or 1.0)
 
     def at(place: float, time: float) -> str:
-        x, y = MARGIN + LEFT_MARGIN + (place - run.low) * across, MARGIN + (run.end - time) * up
+        x, y = (
+            INSET + LEFT_MARGIN + (place - run.low) * across,
+            INSET + (run.end - time) * up,
+        )
         return f"{number(x)} {number(y)}"
 
     bands: dict[int, str] = {}
@@ -172,11 +175,11 @@ def space_time_svg(run: SpaceTime) -> bytes:
         for mark in run.marks
         for x, y in [at(_between(run, mark), mark.time).split()]
     ]
-    foot, edge = MARGIN + HEIGHT, MARGIN + LEFT_MARGIN
-    frame = f'x="{number(edge)}" y="{number(MARGIN)}" width="{number(SIZE)}" height="{number(HEIGHT)}"'
+    foot, edge = INSET + HEIGHT, INSET + LEFT_MARGIN
+    frame = f'x="{number(edge)}" y="{number(INSET)}" width="{number(LENGTH)}" height="{number(HEIGHT)}"'
     axes = [
-        f'<text class="low" x="{number(edge + SIZE / 2)}" y="{number(foot + 32)}">{run.axis}</text>',
-        f'<text class="low" transform="rotate(-90)" x="-{number(foot / 2)}" y="{number(MARGIN)}">time</text>',
+        f'<text class="low" x="{number(edge + LENGTH / 2)}" y="{number(foot + 32)}">{run.axis}</text>',
+        f'<text class="low" transform="rotate(-90)" x="-{number(foot / 2)}" y="{number(INSET)}">time</text>',
     ]
     for place in _round_numbers(run.low, run.high):
         x, _ = at(place, run.begin).split()
@@ -196,7 +199,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
         f'<rect class="arena" {frame}/>',
         *axes,
     ]
-    return document((LEFT_MARGIN + SIZE, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 1)
+    return document((LEFT_MARGIN + LENGTH, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 1)
 
 
 def _round_numbers(low: float, high: float) -> list[float]:
@@ -232,7 +235,7 @@ def _legend() -> Iterator[str]:
         '<g class="contact"><circle cx="{x}" cy="{middle}" r="2.5"/></g>',
     )
     words = "a body", "its bounds", "a contact"
-    x, down = MARGIN, HEIGHT + BELOW + 2 * MARGIN + 1.6 * LINE
+    x, down = INSET, HEIGHT + BELOW + 2 * INSET + 1.6 * LINE_HEIGHT
     for sign, word in zip(signs, words, strict=True):
         yield sign.format(x=number(x), y=number(down - 9), middle=number(down - 4))
         yield f'<text x="{number(x + 24)}" y="{number(down)}">{word}</text>'

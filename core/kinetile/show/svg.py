@@ -17,12 +17,12 @@ from kinetile.show.picture import (
     round_below,
 )
 
-SIZE = 640.0
+LENGTH = 640.0
 """The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
 
-MARGIN = 12.0
+INSET = 12.0
 
-LINE = 20.0
+LINE_HEIGHT = 20.0
 """Of the caption and the legend."""
 
 _LETTER = 7.2
@@ -44,7 +44,7 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
     under = [role for role in roles if not LOOKS[role].over]
     over = [role for role in roles if LOOKS[role].over]
     body = [
-        f'<clipPath id="frame"><rect x="{number(MARGIN - 2)}" y="{number(MARGIN - 2)}" '
+        f'<clipPath id="frame"><rect x="{number(INSET - 2)}" y="{number(INSET - 2)}" '
         f"{_size(sheet.wide + 4, sheet.tall + 4)}/></clipPath>",
         '<g clip-path="url(#frame)">',
         *_layers(sheet, under),
@@ -73,16 +73,16 @@ def document(
 ) -> bytes:
     """Returns an SVG file: its style sheet, the paper and what is on it, within a width and a height; below
     that its caption, and a legend of some lines."""
-    wide, tall = max(size[0], _LETTER * len(caption)) + 2 * MARGIN, size[1] + 2 * MARGIN
-    paper = _size(wide, tall + LINE * (1 + lines))
+    wide, tall = max(size[0], _LETTER * len(caption)) + 2 * INSET, size[1] + 2 * INSET
+    paper = _size(wide, tall + LINE_HEIGHT * (1 + lines))
     words = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} '
-        f'{number(tall + LINE * (1 + lines))}" {paper} role="img" aria-labelledby="title">',
+        f'{number(tall + LINE_HEIGHT * (1 + lines))}" {paper} role="img" aria-labelledby="title">',
         f'<title id="title">{escape(caption)}</title>',
         f"<style>{style}</style>",
         f'<rect class="back" {paper}/>',
         *body,
-        f'<text x="{number(MARGIN)}" y="{number(tall + 0.6 * LINE)}">{escape(caption)}</text>',
+        f'<text x="{number(INSET)}" y="{number(tall + 0.6 * LINE_HEIGHT)}">{escape(caption)}</text>',
         *legend,
         "</svg>",
         "",
@@ -96,12 +96,12 @@ class _Sheet:
     def __init__(self, picture: Picture) -> None:
         (left, bottom), (right, top) = picture.low, picture.high
         self.picture = picture
-        self.scale = SIZE / max(right - left, top - bottom)
+        self.scale = LENGTH / max(right - left, top - bottom)
         self.wide, self.tall = (right - left) * self.scale, (top - bottom) * self.scale
 
     def at(self, x: float, y: float) -> tuple[str, str]:
         (left, _), (_, top) = self.picture.low, self.picture.high
-        return number(MARGIN + (x - left) * self.scale), number(MARGIN + (top - y) * self.scale)
+        return number(INSET + (x - left) * self.scale), number(INSET + (top - y) * self.scale)
 
 
 def number(value: float) -> str:
@@ -186,12 +186,12 @@ def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str
         speed = round_below(40.0 / unit)  # an arrow of 16 to 40 units
         arrow = f'<path d="M{{x}} {{y}}h{number(speed * unit)}"/>'
         signs.append(("velocity", f"speed {speed:g}", speed * unit, arrow))
-    found, x, line = [], MARGIN, 1
+    found, x, line = [], INSET, 1
     for group, name, length, sign in signs:
         wide = 16.0 + length + _LETTER * len(name)
-        if x + wide > MARGIN + sheet.wide and x > MARGIN:
-            x, line = MARGIN, line + 1
-        y = sheet.tall + 2 * MARGIN + LINE * (line + 0.6)
+        if x + wide > INSET + sheet.wide and x > INSET:
+            x, line = INSET, line + 1
+        y = sheet.tall + 2 * INSET + LINE_HEIGHT * (line + 0.6)
         swatch = sign.format(x=number(x), y=number(y - 4), top=number(y - 9))
         text = f'<text x="{number(x + length + 6)}" y="{number(y)}">{name}</text>'
         found.append(f'<g class="{group}">{swatch}</g>{text}')

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetile.arrays import Floats
 from kinetile.errors import Refused
-from kinetile.kernel.certificates.shapes_exactly import HEAD, WIDE
+from kinetile.kernel.certificates.shapes_exactly import FIRST_CORNER, WIDE
 from kinetile.scene.differences import Exact, Place, core_difference, cross, dot, exact, less
 from kinetile.scene.shapes import Shape
 
@@ -96,7 +96,7 @@ def difference_row(one: Outline, other: Outline) -> Floats:
         float(upright or (count == 1 and not any(corners[0]))),
         flush,
     ]
-    assert len(head) == HEAD
+    assert len(head) == FIRST_CORNER
     assert len(body) == WIDE * count
     row = np.array([*head, *body])
     row.flags.writeable = False

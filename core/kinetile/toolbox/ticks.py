@@ -19,11 +19,11 @@ from kinetile.kernel.certificates.plans import plans_through as plans_through
 from kinetile.kernel.certificates.shapes import comes_nearer as comes_nearer
 from kinetile.kernel.certificates.shapes import enters as enters
 from kinetile.kernel.certificates.shapes import leaves as leaves
-from kinetile.kernel.certificates.shapes_exactly import COUNT as COUNT
+from kinetile.kernel.certificates.shapes_exactly import CORNERS as CORNERS
 from kinetile.kernel.certificates.shapes_exactly import CX as CX
 from kinetile.kernel.certificates.shapes_exactly import CY as CY
+from kinetile.kernel.certificates.shapes_exactly import FIRST_CORNER as FIRST_CORNER
 from kinetile.kernel.certificates.shapes_exactly import FLUSH as FLUSH
-from kinetile.kernel.certificates.shapes_exactly import HEAD as HEAD
 from kinetile.kernel.certificates.shapes_exactly import NX as NX
 from kinetile.kernel.certificates.shapes_exactly import NY as NY
 from kinetile.kernel.certificates.shapes_exactly import OUT as OUT

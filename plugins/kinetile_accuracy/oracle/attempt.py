@@ -21,7 +21,7 @@ from flint import arb, fmpq
 
 from kinetile import Scene
 from kinetile_accuracy.oracle import times
-from kinetile_accuracy.oracle.times import ZERO, EventTime, Number, Pair, Plan, exact
+from kinetile_accuracy.oracle.times import ZERO, EventTime, Number, OraclePlan, Pair, exact
 
 NARROW = 80
 """Bits to which the time of a contact must be known, relative to the time since the start."""
@@ -86,7 +86,7 @@ class Attempt:
         start = exact(scene.start)
         self._turns = [(exact(each.time) - start, each) for each in scene.turns[::-1]]
         self._plans = [
-            Plan((exact(x), exact(y)), (exact(vx), exact(vy)), ZERO)
+            OraclePlan((exact(x), exact(y)), (exact(vx), exact(vy)), ZERO)
             for x, y, vx, vy in np.column_stack([scene.position, scene.velocity]).tolist()
         ]
         self._events: dict[Key, PossibleEvent] = {}
@@ -325,9 +325,9 @@ class Attempt:
     def _fly(self, body: int, velocity: Pair) -> None:
         (x, y), (vx, vy) = self._at(body), self._plans[body].velocity
         place = x + (vx - velocity[0]) * self._delay, y + (vy - velocity[1]) * self._delay
-        self._change(body, Plan(_short(place), _short(velocity), self._reference))
+        self._change(body, OraclePlan(_short(place), _short(velocity), self._reference))
 
-    def _change(self, body: int, plan: Plan) -> None:
+    def _change(self, body: int, plan: OraclePlan) -> None:
         """Gives a body a new plan, and notes what it rested against until now: it touches that."""
         for wall in range(4) if self._sides else ():
             axis = wall // 2

@@ -59,7 +59,7 @@ class EventTime:
         return 0 if self.root and other.root and same(self.root, other.root) else None
 
 
-class Plan(NamedTuple):
+class OraclePlan(NamedTuple):
     """A flight plan: the place at ``anchor``, and the velocity."""
 
     place: Pair
@@ -71,10 +71,10 @@ class Plan(NamedTuple):
         since = time - self.anchor
         return self.place[0] + self.velocity[0] * since, self.place[1] + self.velocity[1] * since
 
-    def mirrored(self, axis: int, place: fmpq) -> Plan:
+    def mirrored(self, axis: int, place: fmpq) -> OraclePlan:
         """Returns the plan mirrored at a place on an axis; its anchor stays."""
         mirror = with_axis(self.place, axis, 2 * place - self.place[axis])
-        return Plan(mirror, with_axis(self.velocity, axis, -self.velocity[axis]), self.anchor)
+        return OraclePlan(mirror, with_axis(self.velocity, axis, -self.velocity[axis]), self.anchor)
 
 
 def exact(number: float) -> fmpq:

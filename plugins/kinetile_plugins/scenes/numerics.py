@@ -21,7 +21,7 @@ import numpy as np
 
 from kinetile.arrays import Floats, Integers
 from kinetile.errors import BadOption, shown
-from kinetile.scene.values import SIZE
+from kinetile.scene.values import SIZE_VALUE
 
 
 class Draws:
@@ -196,7 +196,7 @@ def demand_density(density: float) -> None:
 
 def demand_in_range(name: str, number: float) -> None:
     """Raises BadOption unless a length, a mass or a temperature is above 0 and one that a scene can have."""
-    expected = SIZE.expected(number)
+    expected = SIZE_VALUE.expected(number)
     demand(not expected, f"{name} is {number}; expected {expected}")
 
 

@@ -11,7 +11,7 @@ import pytest
 import kinetile as kt
 from command_line import printed
 from kinetile.errors import Refused
-from kinetile.run.saving.files import HEAD
+from kinetile.run.saving.files import MAGIC
 
 STILL = (0.0, 0.0)
 
@@ -77,7 +77,7 @@ def test_files_name_the_answer(tmp_path: Path) -> None:
         done = printed(f"run scene.toml --until 1 --broad-phase naive {files}")
         assert done["answer"] == given.answer == kt.ANSWER == 6
         assert kt.read_events("events.parquet").metadata["answer"] == 6
-        head = json.loads(np.load("run.save")[HEAD].tobytes())
+        head = json.loads(np.load("run.save")[MAGIC].tobytes())
         assert head["answer"] == 6
 
 

@@ -12,7 +12,7 @@ import kinetile as kt
 from kinetile.plugin.drawing import ROLES, Box, points_of
 from kinetile.show.picture import LOOKS, picture_of_scene, take_picture
 from kinetile.show.printed import as_printed
-from kinetile.show.svg import MARGIN, SIZE, as_svg
+from kinetile.show.svg import INSET, LENGTH, as_svg
 from lanes import BUILT_IN, first
 from player_pages import torus
 
@@ -41,7 +41,14 @@ def test_discs_are_circles_where_the_bodies_are():
     circles = read(as_svg(take_picture(sim))).findall(f".//{SVG}circle")
     for circle, (x, y), radius in zip(circles, sim.positions().tolist(), sim.scene.radius, strict=True):
         found = [float(circle.get(name)) for name in ("cx", "cy", "r")]
-        assert found == pytest.approx([MARGIN + SIZE * x, MARGIN + SIZE * (1 - y), SIZE * radius], abs=0.006)
+        assert found == pytest.approx(
+            [
+                INSET + LENGTH * x,
+                INSET + LENGTH * (1 - y),
+                LENGTH * radius,
+            ],
+            abs=0.006,
+        )
 
 
 def test_every_shape_is_drawn_once_in_the_group_of_its_role():

@@ -115,20 +115,22 @@ from kinetile.kernel.certificates.separation import (
     ways,
 )
 from kinetile.kernel.certificates.shapes_exactly import (
+    ALL_SIZES,
     ALONG,
     AWAY,
     BEND,
     BEYOND,
-    COUNT,
+    CORNERS,
     CX,
     CX_LOW,
     CY,
     CY_LOW,
     FAR_LOW,
     FAR_OUT,
+    FIRST_CORNER,
     FLUSH,
     GAP,
-    HEAD,
+    ITSELF,
     LINE,
     NX,
     NY,
@@ -136,13 +138,11 @@ from kinetile.kernel.certificates.shapes_exactly import (
     RADIUS,
     RADIUS_LOW,
     RATE,
-    SIZE,
     STRIP,
     TX,
     TX_LOW,
     TY,
     TY_LOW,
-    VALUE,
     WIDE,
     farther_out,
     margin_of,
@@ -218,7 +218,7 @@ def along_face(
 def is_deep(f: Numbers, row: int, x: Separation, y: Separation, t: float, around: float) -> bool:
     """Whether a place surely is deeper in M than what is flush at the whole tick nearest to a time."""
     deep = True
-    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+    for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
         gap = (nx * x.d + ny * y.d) - f[face + OUT]
@@ -231,8 +231,8 @@ def is_beside(
     f: Numbers, row: int, corner: int, x: Separation, y: Separation, t: float, around: float
 ) -> bool:
     """Whether a place surely is beyond the faces on both sides of a corner at a time."""
-    first = row + HEAD
-    before = corner - WIDE if corner > first else first + (int(f[row + COUNT]) - 1) * WIDE
+    first = row + FIRST_CORNER
+    before = corner - WIDE if corner > first else first + (int(f[row + CORNERS]) - 1) * WIDE
     here, _ = along_face(f, row, corner, x, y, t)
     _, there = along_face(f, row, before, x, y, t)
     return here < -around and there > around
@@ -243,9 +243,9 @@ def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
     """Return the corner whose disc a place leaves last, or that which it passes nearest."""
     reach = f[row + RADIUS]
     speed2 = x.u * x.u + y.u * y.u
-    found = row + HEAD
+    found = row + FIRST_CORNER
     latest = -math.inf
-    for corner in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+    for corner in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         px = x.d - f[corner + CX]
         py = y.d - f[corner + CY]
         across = px * y.u - py * x.u
@@ -262,9 +262,9 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
     """Return after how many ticks two convex bodies without accelerations part, or ``OPEN``."""
     x, y = separations(plans)
     per_time = plans.per_time
-    count = int(f[row + COUNT])
+    count = int(f[row + CORNERS])
     reach = f[row + RADIUS]
-    size = (x.size + y.size) + f[row + SIZE]
+    size = (x.size + y.size) + f[row + ALL_SIZES]
     speed = abs(x.u) + abs(y.u)
     if not (speed > SMALL and speed < LARGE and size < LARGE):
         return OPEN
@@ -274,7 +274,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
     out = math.inf
     rate = 0.0
     face = -1
-    for this in range(row + HEAD, row + HEAD + count * WIDE, WIDE):
+    for this in range(row + FIRST_CORNER, row + FIRST_CORNER + count * WIDE, WIDE):
         rises = f[this + NX] * x.u + f[this + NY] * y.u
         if rises > slack:
             t = (f[this + OUT] - (f[this + NX] * x.d + f[this + NY] * y.d)) / rises
@@ -348,7 +348,7 @@ def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: i
     extra_low = 0.0
     unsure = 0.0
     t, rest = time_of(count, w.plans.tick)
-    if order == VALUE:
+    if order == ITSELF:
         ax, ax_low, x_size = place_at(w.x, t, rest)
         ay, ay_low, y_size = place_at(w.y, t, rest)
         if kind >= LINE:
@@ -405,7 +405,7 @@ def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
     ay = w.y.b
     x_size = abs(ax)
     y_size = abs(ay)
-    if order == VALUE:
+    if order == ITSELF:
         corner = next_corner(f, w.row, face) if kind == BEYOND else face
         x_size = w.x.size + (w.x.speed + x_size * t) * t + abs(f[corner + CX])
         y_size = w.y.size + (w.y.speed + y_size * t) * t + abs(f[corner + CY])
@@ -421,7 +421,7 @@ def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
     size = x_size * abs(vx) + y_size * abs(vy)
     if kind == AWAY:
         size += (w.x.size + abs(f[face + CX])) * x_size + (w.y.size + abs(f[face + CY])) * y_size
-    elif order == VALUE and kind <= STRIP:
+    elif order == ITSELF and kind <= STRIP:
         width, _ = margin_of(f, w.row, kind)
         away = width * math.sqrt(vx * vx + vy * vy)
         value -= away
@@ -443,14 +443,14 @@ def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, 
     place = math.inf
     corner = next_corner(f, w.row, face) if kind == BEYOND else face
     for axis in (w.plans.x, w.plans.y):
-        if order != VALUE:
+        if order != ITSELF:
             place = smaller(place, smaller(grain_of(axis.v), grain_of(axis.v2)))
         else:
             place = smaller(place, grain_at(axis, w.plans.elapsed, count, w.plans.tick))
-    if order == VALUE:
+    if order == ITSELF:
         for at in (CX, CX_LOW, CY, CY_LOW):
             place = smaller(place, grain_of(f[corner + at]))
-    return 0.0 if order != VALUE and is_accelerated(w.plans) else float(way * place)
+    return 0.0 if order != ITSELF and is_accelerated(w.plans) else float(way * place)
 
 
 @subroutine
@@ -469,7 +469,7 @@ def sign_of(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
 @subroutine
 def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, way: int) -> int:
     """Return about after how many ticks a measure, times ``way``, falls below 0, or its rate changes sign."""
-    first, _ = roughly(f, w, face, kind, VALUE, 0)
+    first, _ = roughly(f, w, face, kind, ITSELF, 0)
     rate, _ = roughly(f, w, face, kind, RATE, 0)
     bend, _ = roughly(f, w, face, kind, BEND, 0)
     first *= float(way)
@@ -503,7 +503,7 @@ def next_below(f: Numbers, w: Approach, face: int, kind: int, way: int, closed: 
     ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
-    if way * sign_of(f, w, face, kind, VALUE, start) < closed:
+    if way * sign_of(f, w, face, kind, ITSELF, start) < closed:
         return start
     falls = next_falling(f, w, face, kind, way, start)
     if falls >= LIMIT:
@@ -511,9 +511,9 @@ def next_below(f: Numbers, w: Approach, face: int, kind: int, way: int, closed: 
     stops = LIMIT
     if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
         stops = first_with(f, w, face, kind, RATE, -way, 1, falls, LIMIT)
-    if way * sign_of(f, w, face, kind, VALUE, stops) >= closed:
+    if way * sign_of(f, w, face, kind, ITSELF, stops) >= closed:
         return NEVER
-    return first_with(f, w, face, kind, VALUE, way, closed, falls, stops)
+    return first_with(f, w, face, kind, ITSELF, way, closed, falls, stops)
 
 
 @subroutine
@@ -532,12 +532,12 @@ def next_falling(f: Numbers, w: Approach, face: int, kind: int, way: int, start:
 @subroutine
 def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is inside the lines of all faces."""
-    count = int(f[w.row + COUNT])
+    count = int(f[w.row + CORNERS])
     here = start
     agreed = 0
     k = 0
     while agreed < count:
-        there = next_below(f, w, w.row + HEAD + k * WIDE, kind, 1, 0, here)
+        there = next_below(f, w, w.row + FIRST_CORNER + k * WIDE, kind, 1, 0, here)
         if there == NEVER:
             return NEVER
         agreed = agreed + 1 if there == here else 1
@@ -550,8 +550,8 @@ def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
 def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is outside a line, or on it if ``closed``."""
     found = NEVER
-    for k in range(int(f[w.row + COUNT])):
-        face = w.row + HEAD + k * WIDE
+    for k in range(int(f[w.row + CORNERS])):
+        face = w.row + FIRST_CORNER + k * WIDE
         found = smaller(found, next_below(f, w, face, kind, -1, closed, start))
     return int(found)
 
@@ -559,8 +559,8 @@ def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -
 @subroutine
 def is_inside(f: Numbers, w: Approach, count: int) -> bool:
     """Whether a place is within the lines of all faces, moved out by R, after a number of ticks."""
-    for face in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
-        if sign_of(f, w, face, GAP, VALUE, count) >= 0:
+    for face in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
+        if sign_of(f, w, face, GAP, ITSELF, count) >= 0:
             return False
     return True
 
@@ -571,9 +571,9 @@ def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) ->
     ``NEVER`` where it stays outside of one line, or ``OPEN``. Without accelerations it is inside for one run
     of ticks; ``deep``: at some tick deeper than what is flush."""
     w = course_of(row, plans)
-    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+    for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         rises = sign_of(f, w, face, LINE, RATE, 0) >= 0
-        if rises and sign_of(f, w, face, GAP, VALUE, 0) >= 0:
+        if rises and sign_of(f, w, face, GAP, ITSELF, 0) >= 0:
             return NEVER
     if deep and guess < LIMIT:
         if is_inside(f, w, guess):
@@ -611,7 +611,7 @@ def crossings_of(
     highest = -math.inf
     misses = False
     known = True
-    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+    for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
         gap = (nx * x.d + ny * y.d) - f[face + OUT]
@@ -664,9 +664,9 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
     """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
     x, y = separations(plans)
     per_time = plans.per_time
-    faces = row + HEAD
+    faces = row + FIRST_CORNER
     reach = f[row + RADIUS]
-    size = (x.size + y.size) + f[row + SIZE]
+    size = (x.size + y.size) + f[row + ALL_SIZES]
     speed = abs(x.u) + abs(y.u)
     if not (speed > SMALL and speed < LARGE and size < LARGE):
         return OPEN
@@ -685,7 +685,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
     deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + way)
     corner = -1
     found = -1
-    for face in range(faces, faces + int(f[row + COUNT]) * WIDE if known else 0, WIDE):
+    for face in range(faces, faces + int(f[row + CORNERS]) * WIDE if known else 0, WIDE):
         nx = f[face + NX]
         ny = f[face + NY]
         gap = (nx * x.d + ny * y.d) - f[face + OUT]
@@ -737,7 +737,7 @@ def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
     py, _, y_size = place_at(w.y, t, rest)
     gap = (f[face + NX] - f[other + NX]) * px + (f[face + NY] - f[other + NY]) * py
     gap -= f[face + OUT] - f[other + OUT]
-    if abs(gap) > 2.0**-48 * (x_size + y_size + f[w.row + SIZE]):
+    if abs(gap) > 2.0**-48 * (x_size + y_size + f[w.row + ALL_SIZES]):
         return 1 if gap > 0.0 else -1
     return int(farther_out(f, w.row, face, other, w.plans, count))
 
@@ -745,8 +745,8 @@ def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
 @subroutine
 def nearest_face(f: Numbers, w: Approach, count: int) -> int:
     """Return a face whose line a place is farthest out of, or least deep in, after a number of ticks."""
-    found = w.row + HEAD
-    for face in range(found + WIDE, found + int(f[w.row + COUNT]) * WIDE, WIDE):
+    found = w.row + FIRST_CORNER
+    for face in range(found + WIDE, found + int(f[w.row + CORNERS]) * WIDE, WIDE):
         if farther(f, w, face, found, count) > 0:
             found = face
     return found
@@ -761,7 +761,7 @@ def first_nearer(f: Numbers, w: Approach, start: int) -> int:
     moved = True
     while moved:
         moved = False
-        for face in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
+        for face in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
             if face == nearest or farther(f, w, face, nearest, start) == 0:
                 there = next_falling(f, w, face, LINE, 1, here)
                 if there == NEVER:
@@ -774,16 +774,16 @@ def first_nearer(f: Numbers, w: Approach, start: int) -> int:
 @subroutine
 def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
     """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
-    if sign_of(f, w, face, LINE, VALUE, count) < 0 or sign_of(f, w, face, ALONG, VALUE, count) < 0:
+    if sign_of(f, w, face, LINE, ITSELF, count) < 0 or sign_of(f, w, face, ALONG, ITSELF, count) < 0:
         return False
-    return sign_of(f, w, face, BEYOND, VALUE, count) <= 0
+    return sign_of(f, w, face, BEYOND, ITSELF, count) <= 0
 
 
 @subroutine
 def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
     """Return the first count from ``start`` on at which a place is between the two faces at a corner."""
-    first = w.row + HEAD
-    before = corner - WIDE if corner > first else first + (int(f[w.row + COUNT]) - 1) * WIDE
+    first = w.row + FIRST_CORNER
+    before = corner - WIDE if corner > first else first + (int(f[w.row + CORNERS]) - 1) * WIDE
     here = start
     while True:
         there = next_below(f, w, before, BEYOND, -1, 1, next_below(f, w, corner, ALONG, 1, 1, here))
@@ -835,7 +835,7 @@ def across_any(f: Numbers, w: Approach, kind: int, turn: int, start: int) -> int
     """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
     a corner that is nearest at its end, or is farther, as ``turn`` says."""
     found = NEVER
-    for this in range(w.row + HEAD, w.row + HEAD + int(f[w.row + COUNT]) * WIDE, WIDE):
+    for this in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
         found = smaller(found, across_face(f, w, this, kind, turn, 1, start))
         found = smaller(found, across_corner(f, w, this, kind, turn, start))
     return int(found)
@@ -844,14 +844,14 @@ def across_any(f: Numbers, w: Approach, kind: int, turn: int, start: int) -> int
 @subroutine
 def counts_after(f: Numbers, w: Approach) -> int:
     """Return from which tick on two that have just met may meet again (rule 7s)."""
-    first = w.row + HEAD
-    count = int(f[w.row + COUNT])
+    first = w.row + FIRST_CORNER
+    count = int(f[w.row + CORNERS])
     outside = f[w.row + RADIUS] == 0.0
     own = -1
     kind = LINE
     if not outside:
         for this in range(first, first + count * WIDE, WIDE):
-            beyond = sign_of(f, w, this, LINE, VALUE, 0) > 0
+            beyond = sign_of(f, w, this, LINE, ITSELF, 0) > 0
             outside = outside or beyond
             if own < 0 and beyond and is_over(f, w, this, 0):
                 own = this
@@ -896,7 +896,7 @@ def first_visit(f: Numbers, w: Approach, start: int) -> int:
 def first_within(f: Numbers, w: Approach, kind: int, start: int) -> int:
     """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of M."""
     found = across_any(f, w, kind, 1, start)
-    if f[w.row + COUNT] > 2.0:
+    if f[w.row + CORNERS] > 2.0:
         inside = first_inside(f, w, LINE, start)
         if inside == start:
             inside = first_inside(f, w, LINE, first_outside(f, w, LINE, 1, start))
@@ -940,7 +940,7 @@ def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
     if f[row + RADIUS] > 0.0:
         return across_any(f, w, GAP, -1, since)
     found = NEVER
-    for face in range(row + HEAD, row + HEAD + int(f[row + COUNT]) * WIDE, WIDE):
+    for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         found = smaller(found, across_face(f, w, face, GAP, -1, 0, since))
     return int(found)
 
@@ -950,9 +950,9 @@ def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
     """Return how many ticks after the later anchor two convex bodies touch, from ``since`` on, or ``NEVER``;
     ``met`` is 1 if they have just met. ``row`` is where the row of their difference begins in the table
     ``f``."""
-    count = int(f[row + COUNT])
+    count = int(f[row + CORNERS])
     if count == 1:
-        own = from_corner(f, row + HEAD, plans)
+        own = from_corner(f, row + FIRST_CORNER, plans)
         return int(touch(own, f[row + RADIUS], f[row + RADIUS_LOW], met, -1, since))
     if f[row + RADIUS] == 0.0 and count == 2:
         return NEVER
@@ -971,8 +971,8 @@ def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
 def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
     """Return how many ticks after the later anchor two convex bodies part that pass through each other, from
     ``since`` on, or ``NEVER``."""
-    if f[row + COUNT] == 1.0:
-        own = from_corner(f, row + HEAD, plans)
+    if f[row + CORNERS] == 1.0:
+        own = from_corner(f, row + FIRST_CORNER, plans)
         return int(parting(own, f[row + RADIUS], f[row + RADIUS_LOW], since))
     if not is_accelerated(plans):
         if have_one_velocity(plans):

@@ -28,7 +28,7 @@ from kinetile.kernel.certificates.discs_exactly import put_axis, room_of_plans
 from kinetile.kernel.certificates.plans import Plans
 from kinetile.kernel.compiled import Numbers, apart, hook, subroutine, zeros
 
-COUNT, RADIUS, RADIUS_LOW, SIZE, LEAST, PLAIN, FLUSH, HEAD = range(8)
+CORNERS, RADIUS, RADIUS_LOW, ALL_SIZES, LEAST, PLAIN, FLUSH, FIRST_CORNER = range(8)
 """Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, not more
 than any double in the row that is not 0; whether M is an upright box without a margin, or 0; the width of the
 strip that counts for nothing; and where the corners begin."""
@@ -39,7 +39,7 @@ how far its line, moved out by R, is from the origin, in units of that vector's 
 has it; the same distance in units of that; its number; and how many columns there are."""
 
 
-DX, DY, UX, UY, HX, HY, AX, AY, WAY_X, WAY_Y, WIDTH, TICKS = range(0, 12 * CELLS, CELLS)
+DX, DY, UX, UY, HX, HY, AX, AY, WAY_X, WAY_Y, WIDTH, COUNT_ROW = range(0, 12 * CELLS, CELLS)
 """Rows of lengths: the separation at the later anchor, what a tick adds to it, and half of what changes that;
 a place or a rate, a vector along a face, a width, and a count of ticks."""
 
@@ -59,7 +59,7 @@ GAP, STRIP, LINE, ALONG, BEYOND, AWAY = range(6)
 its first corner, and from its last; and, of rates alone, away from a corner, from where the place is at the
 later anchor."""
 
-VALUE, RATE, BEND = range(3)
+ITSELF, RATE, BEND = range(3)
 """What is asked of a measure: itself, what a tick adds to it, and half of what that changes by."""
 
 
@@ -67,7 +67,7 @@ VALUE, RATE, BEND = range(3)
 def next_corner(f: Numbers, row: int, face: int) -> int:
     """Return the corner at the end of a face."""
     after = face + WIDE
-    return after if after < row + HEAD + int(f[row + COUNT]) * WIDE else row + HEAD
+    return after if after < row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE else row + FIRST_CORNER
 
 
 @hook
@@ -136,13 +136,13 @@ def is_nearer(m: Cells, first: int, end: int) -> int:
 def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
     """Make numbers of two paths and of a row; return the cells that are in use; an end of 0: no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
-    first, end = room(CELLS, 0, f[row + SIZE], 0)
+    first, end = room(CELLS, 0, f[row + ALL_SIZES], 0)
     first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
     first, end = room_of_plans(plans, power, f[row + RADIUS], f[row + RADIUS_LOW], first, end)
     if end > 0:
-        put_count(m, TICKS, plans.elapsed)
-        put_axis(m, DX, UX, HX, WIDTH, TICKS, plans.x, power, first, end)
-        put_axis(m, DY, UY, HY, WIDTH, TICKS, plans.y, power, first, end)
+        put_count(m, COUNT_ROW, plans.elapsed)
+        put_axis(m, DX, UX, HX, WIDTH, COUNT_ROW, plans.x, power, first, end)
+        put_axis(m, DY, UY, HY, WIDTH, COUNT_ROW, plans.y, power, first, end)
     return first, end
 
 
@@ -150,20 +150,20 @@ def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
 def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
     """Put the separation after a number of ticks, what a tick then adds to it, or what that bends by, in the
     rows ``AX`` and ``AY``."""
-    put_count(m, TICKS, count)
+    put_count(m, COUNT_ROW, count)
     for target, place, step, bend in ((AX, DX, UX, HX), (AY, DY, UY, HY)):
         copy(m, target, bend, first, end)
-        if order == VALUE:  # (H n + U) n + D
+        if order == ITSELF:  # (H n + U) n + D
             for more in (step, place):
                 copy(m, WAY_X, target, first, end)
                 copy(m, target, more, first, end)
-                add_product(m, target, WAY_X, first, end - 3, TICKS, 0, 3)
+                add_product(m, target, WAY_X, first, end - 3, COUNT_ROW, 0, 3)
                 carry(m, target, first, end, 1)
         elif order == RATE:  # U + H + 2 H n
             for cell in range(first, end):
                 m[target + cell] += m[step + cell]
                 m[WAY_X + cell] = 2 * m[bend + cell]
-            add_product(m, target, WAY_X, first, end - 3, TICKS, 0, 3)
+            add_product(m, target, WAY_X, first, end - 3, COUNT_ROW, 0, 3)
             carry(m, target, first, end, 1)
 
 
@@ -189,7 +189,7 @@ def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: 
     if end == 0:
         return 1
     put_vector(m, order, count, first, end)
-    if order == VALUE:
+    if order == ITSELF:
         copy(m, WAY_X, AX, first, end)
         copy(m, WAY_Y, AY, first, end)
         corner = next_corner(f, row, face) if kind == BEYOND else face
@@ -203,7 +203,7 @@ def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: 
     if kind >= ALONG:
         return dot(m, GAP_OF, AX, AY, WAY_X, WAY_Y, first, end)
     sign = cross(m, GAP_OF, AX, AY, WAY_X, WAY_Y, first, end)
-    if order != VALUE or kind == LINE:
+    if order != ITSELF or kind == LINE:
         return sign
     width, low = margin_of(f, row, kind)
     if width == 0.0:
@@ -221,7 +221,7 @@ def farther_out(f: Numbers, row: int, face: int, other: int, plans: Plans, count
     first, end = read_in(m, f, row, plans)
     if end == 0:
         return 0
-    put_vector(m, VALUE, count, first, end)
+    put_vector(m, ITSELF, count, first, end)
     copy(m, HX, AX, first, end)
     copy(m, HY, AY, first, end)
     from_corner(m, f, other, HX, HY, first, end)

@@ -118,7 +118,7 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
 LATEST = 2.0
 """No bound of ``first_rise`` is later than this many times its scale."""
 
-PARTS = (0.5, 0.0625, 0.0)
+FRACTIONS = (0.5, 0.0625, 0.0)
 """Where the intervals begin that ``first_rise`` looks at, by its scale, the last one first: each ends where
 the one before begins, and the first of them at ``LATEST``."""
 
@@ -161,7 +161,15 @@ def seen_from(
 
 
 @hook
-def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats, scale: Floats) -> Ticks:
+def first_rise(
+    k: Kernel,
+    g0: Floats,
+    g1: Floats,
+    g2: Floats,
+    g3: Floats,
+    g4: Floats,
+    scale: Floats,
+) -> Ticks:
     """Return a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
     lanes; t is the time since now in units of the clock, 2^52 ticks.
 
@@ -186,7 +194,7 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
     length = zero
     depth = spread(1.0)
     rise = depth
-    for part in PARTS:
+    for part in FRACTIONS:
         begin = spread(part) * scale
         m, h1, h2, h3 = seen_from(choose(begin > end, begin, end), g0, g1, g2, g3, g4)
         highest = steepest(until - begin, h1, h2, h3, g4)

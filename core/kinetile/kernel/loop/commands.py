@@ -64,7 +64,7 @@ from kinetile.kernel.loop.responses import (
     shapes_overlap,
 )
 from kinetile.kernel.pairs import follower
-from kinetile.kernel.passings import MOST_IMAGES, PASS, row_of
+from kinetile.kernel.passings import IS_PASS, MOST_IMAGES, row_of
 from kinetile.kernel.rest import is_held_by, let_go, take_hold
 from kinetile.kernel.tables import (
     LONG_AGO,
@@ -148,7 +148,7 @@ def reaches_into(
 ) -> bool:
     """Whether an inserted body would overlap another one, a body's record or a command's, (dx, dy) away."""
     clock = k.clock[0]
-    if PASSINGS and k.rules[row_of(clock.kinds, kind, command.kind)].response == PASS:
+    if PASSINGS and k.rules[row_of(clock.kinds, kind, command.kind)].response == IS_PASS:
         return False
     dx, dy = as_anchored(k, dx, dy)  # of its images the nearest
     reach = command.radius + other.radius
@@ -278,7 +278,7 @@ def caught_in(k: Kernel, command: Records) -> int:
     pair = k.passers[body]
     while pair >= 0:
         other = k.passings[pair].a + k.passings[pair].b - body
-        if k.rules[row_of(k.clock[0].kinds, command.kind, k.traits[other].kind)].response != PASS:
+        if k.rules[row_of(k.clock[0].kinds, command.kind, k.traits[other].kind)].response != IS_PASS:
             found = other if found < 0 else elder(k, found, other)
         pair = follower(k.passings, body, pair)
     return int(found)

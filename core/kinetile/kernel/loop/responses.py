@@ -33,7 +33,7 @@ from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import settle
 from kinetile.kernel.pairs import follower, link, unlink
-from kinetile.kernel.passings import ELASTIC, FIRST, is_passing, passes, rule_of
+from kinetile.kernel.passings import FIRST, IS_ELASTIC, is_passing, passes, rule_of
 from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
@@ -234,7 +234,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     elastic = True
     if RULES:
         rule = k.rules[rule_of(k, a, b)]
-        elastic = RESPONSES == 0 or rule.response == ELASTIC
+        elastic = RESPONSES == 0 or rule.response == IS_ELASTIC
     nx = ny = depth = 0.0
     if MIXED or not elastic:  # no ``touch`` is needed for elastic contacts of bodies that fall alike
         nx, ny, depth = touch(k, a, b)
@@ -260,7 +260,7 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     elastic = True
     if RULES:
         rule = k.rules[rule_of(k, a, wall)]
-        elastic = RESPONSES == 0 or rule.response == ELASTIC
+        elastic = RESPONSES == 0 or rule.response == IS_ELASTIC
     nx = ny = depth = 0.0
     if ACCELERATIONS or not elastic:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)

@@ -25,7 +25,7 @@ from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.failures import blocked
 from kinetile.run.engine.kept import unchanged_if
 from kinetile.scene import Scene
-from kinetile.scene.commands import LIVING, OF_CODE
+from kinetile.scene.commands import COME_OR_GO, OF_CODE
 from kinetile.toolbox.reach import fastest
 
 
@@ -102,7 +102,7 @@ class _Need(NamedTuple):
 
 
 def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
-    commands = Commands.ALL if OF_CODE[code] in LIVING else Commands.TURNS
+    commands = Commands.ALL if OF_CODE[code] in COME_OR_GO else Commands.TURNS
     bounds, speed = engine.bounds, 0.0
     if code not in (REMOVED, OF_KIND):  # which make nothing faster
         bounds, needed = _bounds_with(engine, rows, code)

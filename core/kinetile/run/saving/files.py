@@ -45,8 +45,8 @@ from kinetile.scene.shapes import Shape
 from kinetile.sources import open_regular
 from kinetile.targets import reason, record_errors, replacing, writable_target
 
-HEAD = "kinetile_saved_run"
-_FIRST_NAME = slice(30, 30 + len(HEAD) + 4)
+MAGIC = "kinetile_saved_run"
+_FIRST_NAME = slice(30, 30 + len(MAGIC) + 4)
 """Where the name of the first member lies in an archive: by that a file of ours is known."""
 _CHECKSUM = 64
 _AT_ONCE = 1 << 24
@@ -73,7 +73,7 @@ def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = No
     hashed = _Hashed(file)
     archive = zipfile.ZipFile(hashed, "w")  # type: ignore[call-overload]  # it has to write, no more
     try:
-        for name, array in {HEAD: np.frombuffer(text, np.uint8), **arrays}.items():
+        for name, array in {MAGIC: np.frombuffer(text, np.uint8), **arrays}.items():
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
         archive.comment = bytes(_CHECKSUM)
@@ -173,7 +173,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
                 )
         with np.load(BytesIO(content), allow_pickle=False) as archive:
             arrays = {each: archive[each] for each in archive.files}
-        head = json.loads(arrays.pop(HEAD).tobytes())
+        head = json.loads(arrays.pop(MAGIC).tobytes())
         _ = head["answer"], head["layout"], head["note"], head["content"]
     except Exception as error:  # of zipfile, NumPy, JSON: a hostile archive may raise anything
         raise RecordError(f"{name} is no saved simulation: {error}") from error
@@ -181,7 +181,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
 
 
 def _check_begin(content: bytes, name: str) -> None:
-    if content[_FIRST_NAME] != f"{HEAD}.npy".encode():
+    if content[_FIRST_NAME] != f"{MAGIC}.npy".encode():
         raise RecordError(f"{name} is no saved simulation: expected a file that Simulation.save has written")
 
 
@@ -397,7 +397,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         if target.exists():
             with target.open("rb") as file:
                 begin = file.read(_FIRST_NAME.stop)
-            if begin and begin[_FIRST_NAME] != f"{HEAD}.npy".encode():
+            if begin and begin[_FIRST_NAME] != f"{MAGIC}.npy".encode():
                 raise RecordError(
                     f"{name} is there and is no saved simulation, so it is not replaced: choose another "
                     "name, or move it away"

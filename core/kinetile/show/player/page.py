@@ -25,7 +25,7 @@ from kinetile.scene import Scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape
 from kinetile.show.picture import FRESH, LOOKS, NEXT_LOOK, escape, outline_of
-from kinetile.show.player.recording import Plans, Recording, kinds_of, residuals
+from kinetile.show.player.recording import PlayedPlans, Recording, kinds_of, residuals
 
 _RUN = (
     *("doubles", "clock", "columns", "plan", "rows", "motion", "structure", "present", "events"),
@@ -158,7 +158,7 @@ def script() -> str:
     return "\n".join(lines)
 
 
-def _rows(recording: Recording, plans: Plans, scene: Scene) -> dict[str, Any]:
+def _rows(recording: Recording, plans: PlayedPlans, scene: Scene) -> dict[str, Any]:
     rows = recording.rows
     columns: dict[str, Any] = {"kind": kinds_of(rows)}
     for name in ("epoch", "tick"):
@@ -166,7 +166,7 @@ def _rows(recording: Recording, plans: Plans, scene: Scene) -> dict[str, Any]:
     return columns | {"a": rows["a"], "b": rows["b"]} | residuals(plans, rows, scene)
 
 
-def _box(scene: Scene, plans: Plans) -> Sequence[float]:
+def _box(scene: Scene, plans: PlayedPlans) -> Sequence[float]:
     if scene.arena is not None:
         return (0.0, 0.0, *scene.arena)
     there = plans.there > 0

@@ -38,7 +38,7 @@ from kinetile.run.flights import COLUMNS_OF, Flights
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene import Insert, Scene
 from kinetile.scene.bodies import nearest_image, whole_periods
-from kinetile.scene.commands import COMMANDS
+from kinetile.scene.commands import COMMAND_KINDS
 from kinetile.show.picture import ORDER, PAIRS_DRAWN, wants_pairs
 
 MOST_ROWS = 200_000
@@ -78,7 +78,7 @@ class Recording:
     """
 
     label: str
-    plans: Plans
+    plans: PlayedPlans
     rows: Array
     begin: int
     end: int
@@ -108,7 +108,7 @@ def record(
     rows = BoundedRows(MOST_ROWS, scene)
     clock = rows.clock
     notes: list[str] = []
-    plans, passing = Plans.of(scene, rows.rows), list[tuple[int, ...]]()
+    plans, passing = PlayedPlans.of(scene, rows.rows), list[tuple[int, ...]]()
     first = clock.ticks(begin)
     last, whole = first, True
     try:
@@ -223,13 +223,13 @@ PLAYED_KINDS = (
 again, "hold" one with another present acceleration."""
 
 
-_COMMANDS = {each.code: PLAYED_KINDS.index(each.event) for each in COMMANDS}
+_COMMANDS = {each.code: PLAYED_KINDS.index(each.event) for each in COMMAND_KINDS}
 _COMMANDS |= {REANCHORED: PLAYED_KINDS.index("anchor"), HELD: PLAYED_KINDS.index("hold")}
 """The same numbers by the codes of the log."""
 
 
 @dataclass(frozen=True)
-class Plans:
+class PlayedPlans:
     """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
     and its plan: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration, the
     present and the whole one; and how many periods were taken off its position since its first one, along x
@@ -274,7 +274,7 @@ class Plans:
             columns["kx"][numbers], columns["ky"][numbers] = off.T
         return cls(**columns)
 
-    def of_run(self, simulation: Simulation) -> Plans:
+    def of_run(self, simulation: Simulation) -> PlayedPlans:
         """Returns the plans of a run of the scene as they are now."""
         columns = {name: array.copy() for name, array in vars(self).items()}
         tables = simulation.tables
@@ -290,7 +290,7 @@ class Plans:
         if len(tables.images):
             for name in ("kx", "ky"):
                 columns[name][numbers] = np.asarray(tables.images[name])[taken]
-        return Plans(**columns)
+        return PlayedPlans(**columns)
 
 
 def kinds_of(rows: Array) -> npt.NDArray[np.uint8]:
@@ -302,7 +302,7 @@ def kinds_of(rows: Array) -> npt.NDArray[np.uint8]:
     return kinds.astype(np.uint8)
 
 
-def residuals(plans: Plans, rows: Array, scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
+def residuals(plans: PlayedPlans, rows: Array, scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
     """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
 
     A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
@@ -347,7 +347,7 @@ def _bits(numbers: Floats) -> npt.NDArray[np.uint64]:
     return np.ascontiguousarray(numbers, np.float64).view(np.uint64)
 
 
-SHAPES = (Segment, Box, Polygon, Link, Entry)
+DRAWN = (Segment, Box, Polygon, Link, Entry)
 """Shapes by the number that a page has for them; roles go by their place in ``ORDER``."""
 
 MOST_LOOKS = 4_000_000
@@ -389,7 +389,7 @@ class StructureLog:
         self._open = now
 
     def columns(self) -> dict[str, Array] | None:
-        """Returns the log: of each shape its number in ``SHAPES``, role, label (a place in ``labels``), first
+        """Returns the log: of each shape its number in ``DRAWN``, role, label (a place in ``labels``), first
         number of events at which it is there and first at which it is not, (epoch, tick) at which its
         certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or existed before with another
         certificate (0), and its coordinates, x before y, ``size`` of all the columns
@@ -405,7 +405,7 @@ class StructureLog:
         whole: dict[str, Sequence[int]] = {
             "first": begin,
             "last": end,
-            "shape": [SHAPES.index(type(item)) for item in items],
+            "shape": [DRAWN.index(type(item)) for item in items],
             "role": [ORDER.index(item.role) for item in items],
             "label": [labels.index(item.label) for item in items],
             "size": [*map(len, points)],

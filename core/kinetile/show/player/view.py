@@ -24,7 +24,7 @@ from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
 from kinetile.show.player.recording import (
     MOST_ROWS,
-    Plans,
+    PlayedPlans,
     Recording,
     next_window,
     record,
@@ -193,7 +193,7 @@ def view_file(path: str | os.PathLike[str]) -> View:
         further = 'The rest is in views of its scene, read_events(FILE).metadata["scene"].'
         notes.append(f"{shown_up_to(kept, '')} {further} {next_window(end)}")
     rows = kept.rows
-    plans, last = Plans.of(scene, rows), kept.clock.ticks(end)
+    plans, last = PlayedPlans.of(scene, rows), kept.clock.ticks(end)
     recording = Recording("as recorded", plans, rows, 0, last, None, tuple(notes))
     return View(Page(scene, [recording], f"{Path(path).name}: {_name(scene)}"))
 

@@ -38,9 +38,9 @@ def path(tmp_path):
 
 def rewritten(content: bytes, change) -> bytes:
     arrays = arrays_of(content)
-    head = json.loads(arrays[files.HEAD].tobytes())
+    head = json.loads(arrays[files.MAGIC].tobytes())
     change(head)
-    return sealed(arrays | {files.HEAD: np.frombuffer(json.dumps(head).encode(), np.uint8)})
+    return sealed(arrays | {files.MAGIC: np.frombuffer(json.dumps(head).encode(), np.uint8)})
 
 
 def arrays_of(content: bytes) -> dict:

@@ -57,6 +57,6 @@ def test_what_is_only_scheduled_again_is_not_fresh():
     columns = log.columns()
     assert columns is not None
     come = columns["first"] == 1
-    shapes = [recording.SHAPES[number].__name__ for number in columns["shape"][come]]
+    shapes = [recording.DRAWN[number].__name__ for number in columns["shape"][come]]
     found = dict(zip(shapes, columns["fresh"][come].tolist(), strict=True))
     assert found == {"Box": 0, "Link": 1, "Entry": 1}
