@@ -548,13 +548,13 @@ class Engine(Tables):
         self.bounds = self.bounds._replace(squares=math.inf)
         self.renew()
 
-    def fit(self, bounds: Bounds, commands: Commands, speed: float) -> None:
+    def fit(self, bounds: Bounds, commands: Commands, speed: float | None) -> None:
         """Has these bounds and a loop with these commands, ready to run; with the tables laid out for a
-        speed, unless it is 0."""
+        speed, unless it is None."""
         self.bounds = bounds
         self.allow(commands)
         self.compile()
-        if speed:
+        if speed is not None:
             self.lay_out(speed)
 
     def run_first(self, rows: Rows) -> None:

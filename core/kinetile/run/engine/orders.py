@@ -92,18 +92,18 @@ def insert_those_with_room(engine: Engine, rows: Rows) -> dict[int, Refused]:
 
 class _Need(NamedTuple):
     """What commands need: ``bounds`` with their energy and places, ``commands`` in the loop, and a ``speed``
-    for which the tables are laid out again, or 0. ``loop_alone``: none of the three is new, and no other
+    for which the tables are laid out again, or None. ``loop_alone``: none of the three is new, and no other
     command comes first, so only the loop itself may refuse one, and it changes nothing then."""
 
     bounds: Bounds
     commands: Commands
-    speed: float
+    speed: float | None
     loop_alone: bool
 
 
 def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
     commands = Commands.ALL if OF_CODE[code] in COME_OR_GO else Commands.TURNS
-    bounds, speed = engine.bounds, 0.0
+    bounds, speed = engine.bounds, None
     if code not in (REMOVED, OF_KIND):  # which make nothing faster
         bounds, needed = _bounds_with(engine, rows, code)
         if needed > engine.speed:
@@ -111,7 +111,7 @@ def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
             engine.bounds_for(speed)  # a refusal must come here: nothing has changed yet
         elif bounds.extent > engine.bounds.extent:
             speed = engine.speed
-    same = engine.is_ready and not speed and not engine.due
+    same = engine.is_ready and speed is None and not engine.due
     return _Need(bounds, commands, speed, same and _has_place_for(engine, code, rows, commands))
 
 
