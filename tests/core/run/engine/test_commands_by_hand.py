@@ -434,3 +434,10 @@ def test_each_field_of_an_insertion_by_hand_is_in_the_recording_and_no_byte_of_a
     assert other._asdict() == made | {"body": 2, "position": (3.0, 5.0)}
     assert loads_scene(dumps_scene(sim.recorded())) == sim.recorded()
     assert sum(COMMAND[name].itemsize for name in COMMAND.names) == COMMAND.itemsize
+
+
+def test_a_body_that_came_far_away_among_bodies_at_rest_had_the_skin_of_before():
+    sim = kt.Simulation(kt.Scene([(0.0, 0.0), (3.0, 0.0)], np.zeros((2, 2)), 0.5), "naive", live=True)
+    before = engine_of(sim).bounds.skin.delta
+    sim.insert((1e6, 0.0), (0.0, 0.0), 0.5)
+    assert engine_of(sim).bounds.skin.delta > before
