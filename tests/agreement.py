@@ -1,8 +1,6 @@
 """One answer: run a scene under every broad phase and compare what comes out, bit for bit, without any
 tolerance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -67,7 +65,7 @@ class Outcome(NamedTuple):
     velocities: bytes
 
     @classmethod
-    def of(cls, sim: kt.Simulation, ended: str = "ran") -> Outcome:
+    def of(cls, sim: kt.Simulation, ended: str = "ran") -> "Outcome":
         return cls(
             sim.contacts.tobytes(), ended, sim.time, sim.positions().tobytes(), sim.velocities().tobytes()
         )

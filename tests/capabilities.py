@@ -5,8 +5,6 @@ Seven bodies fly on dyadic plans for four units of time. A capability changes th
 nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -77,10 +75,10 @@ class Draft:
     moving: bool = False
     narrow: str | None = None
 
-    def framed(self, **more: Any) -> Draft:
+    def framed(self, **more: Any) -> "Draft":
         return replace(self, frame={**self.frame, **more})
 
-    def ruled(self, rules: dict[Any, Any]) -> Draft:
+    def ruled(self, rules: dict[Any, Any]) -> "Draft":
         """Returns this draft with further responses; those that are there already stay."""
         return replace(self, rules={**rules, **self.rules})
 
@@ -141,15 +139,15 @@ class Capability:
 
     name: str
     change: Callable[[Draft], Draft]
-    shows: Callable[[Game, int, int], bool] = lambda game, a, b: True
+    shows: "Callable[[Game, int, int], bool]" = lambda game, a, b: True
     ended: Callable[[kt.Simulation], bool] = lambda sim: True
 
-    def seen(self, game: Game, sim: kt.Simulation) -> bool:
+    def seen(self, game: "Game", sim: kt.Simulation) -> bool:
         met = any(self.shows(game, a, b) for _, _, a, b in rows_of(sim) if b >= 0)
         return met and self.ended(sim)
 
 
-def _of(game: Game, kinds: str, *bodies: int) -> bool:
+def _of(game: "Game", kinds: str, *bodies: int) -> bool:
     start = len(game.scene)
     return all(body < start for body in bodies) and sorted(kinds) == sorted(
         game.kinds[body] for body in bodies

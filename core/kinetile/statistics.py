@@ -1,7 +1,5 @@
 """Statistics of observables: block averages of what is sampled, with error bars, and tables of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, NoReturn, TypeVar
@@ -127,7 +125,7 @@ class Blocks:
         return [np.array(self._blocks), self._open, self._length, self._filled]
 
     @classmethod
-    def of(cls, state: Sequence[Any]) -> Blocks:
+    def of(cls, state: Sequence[Any]) -> "Blocks":
         """Returns the blocks of a state."""
         blocks = cls()
         kept, blocks._open, blocks._length, blocks._filled = state

@@ -7,8 +7,6 @@ scene alone: not counts of candidate checks and structural events, the calendar,
 the skin depends on when a pair set grows: there it is compared with the bodies' reach alone.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 from collections.abc import Callable, Mapping
@@ -135,12 +133,12 @@ class Subject:
         """The named narrow phase for pairs; None: it is the usual one."""
         return next(iter(self.of_role("pair")), None)
 
-    def under(self, broad_phase: str) -> Subject:
+    def under(self, broad_phase: str) -> "Subject":
         """Returns another broad phase with the same narrow phases."""
         return Subject(broad_phase, {}, self.narrow, self.response)
 
     @property
-    def reference(self) -> Subject:
+    def reference(self) -> "Subject":
         """The reference, with the same narrow phases; it is registered where it is not."""
         try:
             registry().spec("broad phase", LIVE_REFERENCE)
@@ -209,7 +207,7 @@ class RunOutcome(Outcome):
     tables: Tables = field(default_factory=dict)
 
     @classmethod
-    def of(cls, sim: Simulation, ended: str = "ran") -> RunOutcome:
+    def of(cls, sim: Simulation, ended: str = "ran") -> "RunOutcome":
         """Returns what a simulation holds now."""
         return cls(**vars(outcome_of(sim, ended)), tables=tables_after(sim) if ended == "ran" else {})
 

@@ -3,8 +3,6 @@ moments, or the time at which two bodies meet. A question makes cases of the kit
 several, each with an answer. All verdicts follow from the numbers as they are sent: nothing is compared with
 a tolerance that the author did not choose."""
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib
@@ -323,11 +321,11 @@ class Moments:
     key: str
     moments: tuple[Mapping[int, tuple[float, ...]], ...]
 
-    def at(self, kept: NDArray[np.integer]) -> Moments:
+    def at(self, kept: NDArray[np.integer]) -> "Moments":
         """Returns some of the moments."""
         return replace(self, moments=tuple(self.moments[at] for at in np.sort(kept)))
 
-    def only(self, kept: NDArray[np.integer]) -> Moments:
+    def only(self, kept: NDArray[np.integer]) -> "Moments":
         """Returns the moments with some of the bodies."""
         there = set(kept.tolist())
         return replace(self, moments=tuple({n: b[n] for n in b if n in there} for b in self.moments))

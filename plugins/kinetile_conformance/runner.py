@@ -4,8 +4,6 @@
 ``Options`` are what a caller may choose; a ``JudgingPlan`` has them checked and completed.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -121,7 +119,9 @@ class JudgingPlan:
     memory: int = MEMORY
 
     @classmethod
-    def of(cls, subject: Subject, options: Mapping[str, Any], call: str = "check_broad_phase") -> JudgingPlan:
+    def of(
+        cls, subject: Subject, options: Mapping[str, Any], call: str = "check_broad_phase"
+    ) -> "JudgingPlan":
         """Returns the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out. Raises
         BadOption for an unknown one of the ``call``, or no examples."""
         known = [*Options.__annotations__, "explains"]
@@ -138,7 +138,9 @@ class JudgingPlan:
         return replace(plan, seconds=plan.seconds * max(1.0, plan.examples / EXAMPLES))
 
     @classmethod
-    def of_phase(cls, name: str, options: Mapping[str, Any], call: str = "check_broad_phase") -> JudgingPlan:
+    def of_phase(
+        cls, name: str, options: Mapping[str, Any], call: str = "check_broad_phase"
+    ) -> "JudgingPlan":
         """Returns the plan for a phase. Raises UnknownName, BadOption, ValueError for an unknown check."""
         narrow: dict[str, Mapping[str, Any]] = {}
         for each, chosen in read_narrow_phases(options.get("narrow_phases") or ()).items():

@@ -14,8 +14,6 @@ writes what it found into ``faults.json`` of the kit, from which ``--table`` pri
 small scenes do so within seconds, and the others take ten minutes.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import json
@@ -108,7 +106,7 @@ class Mutant:
     features: frozenset[str]
 
     @classmethod
-    def of(cls, base: str, name: str, row: dict[str, Any]) -> Mutant:
+    def of(cls, base: str, name: str, row: dict[str, Any]) -> "Mutant":
         """Return the mutant of a row of the table."""
         files = {key: value for key, value in row.items() if key not in HEAD}
         changes = [Change(file, old, new) for file, texts in files.items() for old, new in texts]

@@ -6,8 +6,6 @@ plus half its acceleration times the square of that (rule 4a). Only these functi
 specification and the oracle are implementations of their own.)
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple, Self
 
@@ -26,7 +24,7 @@ class Plan(NamedTuple):
     vy: Any
 
     @staticmethod
-    def of(rows: Any) -> Plan | AcceleratedPlan:
+    def of(rows: Any) -> "Plan | AcceleratedPlan":
         """Returns the plans in rows with these fields, or with those of an ``AcceleratedPlan``."""
         kind = AcceleratedPlan if "ax" in rows.dtype.names else Plan
         return kind(*(rows[name] for name in kind._fields))

@@ -8,8 +8,6 @@ both with room: a pair is a candidate from a gap of 2 delta on (docs/one-answer.
 the skin.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -44,7 +42,7 @@ class Skin(NamedTuple):
         return 64.0 * (ULP * length + self.eta)
 
     @classmethod
-    def of(cls, bodies: int, extent: float, speed: float, tick: float, margin: float = 0.0) -> Skin:
+    def of(cls, bodies: int, extent: float, speed: float, tick: float, margin: float = 0.0) -> "Skin":
         """Return the skin of n bodies within ``extent`` of the origin and never faster than ``speed``, whose
         shadows are off by ``margin`` at most (``kernel.chords``)."""
         rounding = 16.0 * ULP * extent

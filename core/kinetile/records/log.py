@@ -16,8 +16,6 @@ An Arrow IPC stream has no checksums: of 400 flipped bits, 298 gave other rows a
 its metadata writing takes a third longer (317 ns a row, here 234).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -73,12 +71,12 @@ def _without_comment(scene: str) -> str:
 class LogWriter:
     """Writer of a log, into an empty file; OSError where the disk has no room, with nothing written."""
 
-    def __init__(self, file: LogFile, checksum: int) -> None:
+    def __init__(self, file: "LogFile", checksum: int) -> None:
         self._file = file
         self._checksum = checksum
 
     @classmethod
-    def begin(cls, file: LogFile, scene: str) -> LogWriter:
+    def begin(cls, file: "LogFile", scene: str) -> "LogWriter":
         """Returns the writer of a new log, with a scene in its head."""
         writer = cls(file, zlib.crc32(SIGNATURE))
         head = json.dumps({"columns": _COLUMNS, "scene": scene, "log": secrets.token_hex(8)})
@@ -87,7 +85,7 @@ class LogWriter:
         return writer
 
     @classmethod
-    def behind(cls, file: LogFile, at: tuple[int, int]) -> LogWriter:
+    def behind(cls, file: "LogFile", at: tuple[int, int]) -> "LogWriter":
         """Returns a writer that continues at a place in a log (``LogReader.at``); the rest is discarded."""
         file.go_to(at[0])
         return cls(file, at[1])

@@ -2,8 +2,6 @@
 and the scene shows, or a RecordError with the reason. The kinds of bodies that were inserted interactively
 are in the metadata, as runs: [first number, last number, kind] each, ascending."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Iterable

@@ -6,8 +6,6 @@ last row that gives it one. Elapsed time is counted in whole ticks of 2**-52 tim
 it, and rounded once, so the positions are those of the run itself, to the last bit.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Sequence
@@ -101,7 +99,7 @@ class Trajectory:
 
     @classmethod
     @answering
-    def read(cls, path: str | os.PathLike[str]) -> Trajectory:
+    def read(cls, path: str | os.PathLike[str]) -> "Trajectory":
         """Reads an event file with the scene in it. Raises MissingExtra and RecordError as ``read_events``,
         and RecordError for a file in which a row before its last one is missing."""
         path = Path(path)

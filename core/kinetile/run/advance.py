@@ -4,8 +4,6 @@ The compiled loop runs within one span of the clock at a time. This module joins
 is in this span or a later one, and between two spans the clock's base moves on.
 """
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Callable

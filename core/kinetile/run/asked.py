@@ -5,8 +5,6 @@ plans at the present tick. ``kinds``, one of the scene's or several, excludes bo
 were absent.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 

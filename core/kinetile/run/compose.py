@@ -1,7 +1,5 @@
 """Composition of a run: phases found by name, the rules of its scene, and the loop that holds only these."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import re
@@ -186,7 +184,7 @@ class Commands(IntEnum):
     ALL = 2
 
     @classmethod
-    def of(cls, scene: Scene) -> Commands:
+    def of(cls, scene: Scene) -> "Commands":
         """Returns which commands a scene has."""
         if any(OF_CLASS[type(command)] in COME_OR_GO for command in scene.commands):
             return cls.ALL
@@ -314,7 +312,7 @@ class Composition:
             parts |= {name: seeing(name, parts[name]) for name in PHASE_HOOKS if name in parts}
         return parts
 
-    def prepared_for(self, scene: Scene) -> Composition:
+    def prepared_for(self, scene: Scene) -> "Composition":
         """Returns the same phases, prepared for another scene; Refused if one does not accept it."""
         again = _compose(scene, self.broad_phase, self.narrow_phases, self.options)
         return replace(again, compiled=self.compiled)

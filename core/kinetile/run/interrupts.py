@@ -11,8 +11,6 @@ Where a step does not end at all, in a hook that loops for ever, say, a signal w
 still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.
 """
 
-from __future__ import annotations
-
 import _signal  # type: ignore[import-not-found]
 import _thread
 import signal
@@ -57,7 +55,7 @@ class Unbroken:
     _noted: dict[int, FrameType | None]
     _waiting = False  # until all handlers are in place, and after that, each goes through at once
     _depth = 0  # steps within this one, which cannot be interrupted
-    _within: tuple[Unbroken, bool, int] | None = None  # the outermost step, as it was before this
+    _within: "tuple[Unbroken, bool, int] | None" = None  # the outermost step, as it was before this
 
     def __enter__(self) -> Self:
         global _outermost

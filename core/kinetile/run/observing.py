@@ -7,8 +7,6 @@ interval of samples, by default a hundredth of what is observed; ``after``, the 
 observed; and ``series``, whether numbers are kept sample by sample, and not averaged.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -267,7 +265,7 @@ class Observers:
         self._there: tuple[int, int] | None = None
 
     @classmethod
-    def of(cls, state: Mapping[str, Any], scene: Scene) -> Observers:
+    def of(cls, state: Mapping[str, Any], scene: Scene) -> "Observers":
         """Returns the observables of a saved state."""
         observers = cls(scene, state["observe"])
         for each, its in zip(observers._observations, state["states"], strict=True):

@@ -1,7 +1,5 @@
 """Prepared scenes: what a run computes of a scene before its phases prepare for it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +24,7 @@ class Prepared(Scene):
     movable_shapes: frozenset[int] = frozenset()
 
     @classmethod
-    def of(cls, scene: Scene, capacity: int | None = None) -> Prepared:
+    def of(cls, scene: Scene, capacity: int | None = None) -> "Prepared":
         """Returns a scene with room for ``capacity`` bodies; None: twice those present, at least LEAST."""
         room = max(2 * len(scene), LEAST_SLOTS) if capacity is None else capacity
         copy = object.__new__(cls)

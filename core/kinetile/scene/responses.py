@@ -12,8 +12,6 @@ passing, which ends when the two part or one of them is removed; walls cannot be
 plugins (``kinetile.plugin.specs.ResponseSpec``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import permutations
 from typing import Any, NamedTuple, TypeAlias
@@ -60,7 +58,7 @@ class Response:
         return isinstance(self.name, str) and self.name == PASS
 
     @property
-    def for_all(self) -> dict[Pair, Response]:
+    def for_all(self) -> "dict[Pair, Response]":
         """The rules that one response for a scene stands for: all bodies, and walls unless it is ``pass``."""
         return dict.fromkeys([(ANY_KIND, ANY_KIND), (ANY_KIND, WALL_KIND)][: 1 if self.passes else 2], self)
 

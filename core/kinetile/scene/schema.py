@@ -5,8 +5,6 @@ as the stack is. So the size of a file is checked before it is read, its keys be
 tables before they are traversed. Then they are compared with those below.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib
@@ -37,7 +35,7 @@ class FileTable:
     """A table of a file, or each of a list of them: its keys, and those of which none may be left out."""
 
     what: str
-    keys: Mapping[str, Value | FileTable]
+    keys: "Mapping[str, Value | FileTable]"
     needed: Collection[str] = ()
     is_list: bool = True
 

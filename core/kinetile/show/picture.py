@@ -2,8 +2,6 @@
 that colour-blind people can distinguish (Okabe and Ito), layer, width and dashes. The same picture gives the
 same bytes, as SVG (``svg``) and as PNG or PDF (``printed``)."""
 
-from __future__ import annotations
-
 import html
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -96,7 +94,7 @@ class Picture:
         return [role for role in ORDER if any(shape.role == role for shape in self.shapes)]
 
     @property
-    def looks(self) -> list[tuple[str, Look]]:
+    def looks(self) -> "list[tuple[str, Look]]":
         """What a legend names, each with its look: the roles, and the certificate that fails next."""
         looks = [(role, LOOKS[role]) for role in self.roles]
         return [*looks, ("fails next", NEXT_LOOK)] if self.next is not None else looks

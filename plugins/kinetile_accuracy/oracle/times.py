@@ -6,8 +6,6 @@ rational is compared exactly. The contact of two discs on rational plans is at p
 q; two such times are compared by squaring. All times count from the scene's start. Needs python-flint.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -50,7 +48,7 @@ class EventTime:
         self.low = middle - pad if known else (1e300 if middle > 0.0 else -math.inf)
         self.high = middle + pad if known else math.inf
 
-    def compare(self, other: EventTime) -> int | None:
+    def compare(self, other: "EventTime") -> int | None:
         """Returns -1, 0 or 1: whether it is before another time, the same, or after it; None: unknown."""
         if self is other:
             return 0
@@ -71,7 +69,7 @@ class OraclePlan(NamedTuple):
         since = time - self.anchor
         return self.place[0] + self.velocity[0] * since, self.place[1] + self.velocity[1] * since
 
-    def mirrored(self, axis: int, place: fmpq) -> OraclePlan:
+    def mirrored(self, axis: int, place: fmpq) -> "OraclePlan":
         """Returns the plan mirrored at a place on an axis; its anchor stays."""
         mirror = with_axis(self.place, axis, 2 * place - self.place[axis])
         return OraclePlan(mirror, with_axis(self.velocity, axis, -self.velocity[axis]), self.anchor)

@@ -8,8 +8,6 @@ normal of rule 9s, ``room`` its room, and ``wall_tick`` is rule 6s.
 Nothing here is shared with the kernel, nor with the checks of a scene.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Sequence
@@ -58,7 +56,7 @@ class Difference:
         faces = [Face(p, (x, y), (y, -x)) for p, (x, y) in zip(self.corners, self.ways, strict=True)]
         self.faces = sorted(faces, key=lambda face: _direction(face.normal)) if len(faces) > 1 else []
 
-    def finer(self, bits: int) -> Difference:
+    def finer(self, bits: int) -> "Difference":
         """Returns the same difference, in integers that count 2^-``bits``."""
         if bits == self.bits:
             return self
@@ -110,7 +108,7 @@ def room(m: Difference, d: Vector) -> float:
     return math.sqrt(away[0] * away[0] + away[1] * away[1]) - m.radius / (1 << m.bits)
 
 
-def _rounded(m: Difference, faces: list[Face], d: Vector) -> tuple[_RoundedFace | None, Vector | None]:
+def _rounded(m: Difference, faces: list[Face], d: Vector) -> "tuple[_RoundedFace | None, Vector | None]":
     """Returns the one of some faces that counts at a place, and the way from the corner that does instead."""
     if not faces:
         return None, _from(m.corners[0], d, m.bits)

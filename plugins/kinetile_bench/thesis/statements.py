@@ -6,8 +6,6 @@ decided where nine of ten pairs agree by more than 5 %, on a machine on which th
 in every round, to 5 %: with one round that is not known. A statement holds if all its parts do.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -68,7 +66,7 @@ class Ratio(NamedTuple):
                 return answer
         return NOT_KNOWN
 
-    def over(self, other: Ratio) -> Ratio:
+    def over(self, other: "Ratio") -> "Ratio":
         """Returns this ratio over another, pair by pair."""
         logs = {key: self.logs[key] - other.logs[key] for key in self.logs.keys() & other.logs.keys()}
         return Ratio(logs, max(self.unrest, other.unrest))

@@ -6,8 +6,6 @@ compared with those of another one, or with what it may answer. At each moment b
 well, drawn: those of the scenes are dyadic, and their grazes of a few depths.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -79,7 +77,7 @@ class Met(NamedTuple):
         then = "" if self.after is None else f"leave with {self.after[at].tolist()}"
         return f"{text} {' and '.join(each for each in (when, then) if each)}"
 
-    def check(self, at: PairMoment, found: Met, how: str) -> None:
+    def check(self, at: "PairMoment", found: "Met", how: str) -> None:
         """Raises for the first meeting that is found to be another one; ``how``: by what, or where."""
         differs = np.zeros(len(self.who), np.bool_)
         for one, other in zip(self, found, strict=True):
@@ -88,14 +86,14 @@ class Met(NamedTuple):
         for row in np.flatnonzero(differs)[:1].tolist():
             raise Disagreement(f"{at.when} {self.in_words(row)}; {how}, {found.in_words(row)}")
 
-    def exchanged(self) -> Met:
+    def exchanged(self) -> "Met":
         """Returns the meetings with the second body as the first; walls stay the second."""
         two = self.who[:, 1:] >= 0
         normal = None if self.normal is None else np.where(two, -self.normal, self.normal)
         after = None if self.after is None else np.where(two, self.after[:, [2, 3, 0, 1]], self.after)
         return Met(np.where(two, self.who[:, ::-1], self.who), normal, self.ticks, after)
 
-    def turned(self, bodies: int) -> Met:
+    def turned(self, bodies: int) -> "Met":
         """Returns the meetings of bodies that are numbered the other way round; the lower number is first."""
         return self._replace(who=np.where(self.who < 0, self.who, bodies - 1 - self.who)).exchanged()
 

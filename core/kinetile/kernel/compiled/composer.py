@@ -10,8 +10,6 @@ backwards. Its first sentence and the first place are what an author can do some
 makes one sentence of them, with the author's own file and line.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import re
@@ -92,10 +90,10 @@ def compose(
     return _composed[key]
 
 
-_composed: dict[tuple[Any, ...], _Composed] = {}
+_composed: "dict[tuple[Any, ...], _Composed]" = {}
 
 
-def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type) -> _Composed:
+def _compose(template: Callable[..., Any], parts: Mapping[str, Any], label: str, state: type) -> "_Composed":
     given = {name: with_numpy(part) if is_checked(part) else part for name, part in parts.items()}
     return _Composed(_filled_in(cast(FunctionType, template), given, {}), label, state)
 
@@ -155,7 +153,7 @@ class Packed:
         """The same tables, as Python code takes them."""
         return quick(self.tables)
 
-    def replaced(self, name: str, table: Any) -> Packed:
+    def replaced(self, name: str, table: Any) -> "Packed":
         """Returns the same tables but for one, which is to be of the same kind."""
         other, rows = copy(self), self._rows.copy()
         vars(other).pop("plain", None)

@@ -5,8 +5,6 @@ speed and the distance from the origin. No body exceeds the speed that the light
 the energy. Where that would be exceeded, the engine lays its tables out again.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -47,7 +45,7 @@ class Bounds(NamedTuple):
     skin: Skin
 
     @classmethod
-    def at_start(cls, scene: Scene) -> Bounds:
+    def at_start(cls, scene: Scene) -> "Bounds":
         """Returns the bounds of a scene; extent and skin follow when its tables are laid out."""
         coming = [command for command in scene.commands if isinstance(command, Insert)]
         masses = [*scene.mass.tolist(), *(command.mass for command in coming)]

@@ -7,8 +7,6 @@ depend on their number. The history is kept as bytes: as objects, the ten millio
 game would take four times the memory, and Python's collector would scan them.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left, bisect_right, insort
 from collections import deque
@@ -298,7 +296,7 @@ class Told(NamedTuple):
     inserted: tuple[tuple[int, int], ...] = ()
     changed: Mapping[int, int] = {}
 
-    def with_rows(self, rows: Rows) -> Told:
+    def with_rows(self, rows: Rows) -> "Told":
         """Returns this with what later commands tell."""
         new = ((kind, 1) for kind in rows["kind"][rows["code"] == INSERTED].tolist())
         runs = groupby([*self.inserted[-1:], *new], itemgetter(0))
@@ -335,7 +333,7 @@ class History:
         self._take_in_last()
         return self._told
 
-    def with_rows(self, rows: Rows, base: int) -> History:
+    def with_rows(self, rows: Rows, base: int) -> "History":
         """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
         history = History(self._rows, self._bases, self._told, self.kept)
         history._last, history.names = (*self._last, (base, rows.tobytes())), self.names

@@ -9,8 +9,6 @@ energy than the skin allows for, bodies without walls fly far, or a body is inse
 cannot change an answer, only take time (docs/one-answer.md).
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Mapping, Sequence

@@ -2,8 +2,6 @@
 hashed, and their times as floats computed, when they are read, so that a chunk costs a copy; where none are
 kept they are hashed at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace

@@ -1,8 +1,6 @@
 """A snapshot: a simulation at one moment, its state (``RunState``) and what the simulation adds. To go on,
 the phases are prepared for the bodies of that moment, in any process and under any broad phase."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
@@ -40,7 +38,7 @@ class SavedPhases:
     narrow_phases: Mapping[str, Mapping[str, Any]]
 
     @classmethod
-    def of(cls, composition: Composition) -> SavedPhases:
+    def of(cls, composition: Composition) -> "SavedPhases":
         """Returns the names of a composition."""
         narrow = {name: dict(options) for name, options in composition.narrow_phases.items()}
         return cls(composition.broad_phase, dict(composition.options), narrow)

@@ -13,8 +13,6 @@ A shape of the structure moves with its bodies, so it is recorded once for its w
 certificate with another failure time ends.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -63,7 +61,7 @@ class Steps:
     body: Integers
     after: Integers
     queue: Integers
-    structure: StructureLog
+    structure: "StructureLog"
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class Recording:
     """
 
     label: str
-    plans: PlayedPlans
+    plans: "PlayedPlans"
     rows: Array
     begin: int
     end: int
@@ -274,7 +272,7 @@ class PlayedPlans:
             columns["kx"][numbers], columns["ky"][numbers] = off.T
         return cls(**columns)
 
-    def of_run(self, simulation: Simulation) -> PlayedPlans:
+    def of_run(self, simulation: Simulation) -> "PlayedPlans":
         """Returns the plans of a run of the scene as they are now."""
         columns = {name: array.copy() for name, array in vars(self).items()}
         tables = simulation.tables
