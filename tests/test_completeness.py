@@ -3,20 +3,28 @@ CONTRIBUTING.md names files and tests that exist."""
 
 import ast
 import inspect
+import json
 import re
 from dataclasses import fields
 from pathlib import Path
 from pkgutil import resolve_name
 from textwrap import dedent
+from typing import get_args
 
 import pytest
 
 import kinetile as kt
 from agreement import ALL
 from kinetile.errors import BadOption
+from kinetile.kernel.compiled import python_of
+from kinetile.kernel.loop.commands import brings, takes
 from kinetile.kernel.tables import allocate, fields_in
 from kinetile.plugin.registry import registry
+from kinetile.run.advance import EventKind
 from kinetile.run.readings import Readings
+from kinetile.scene.commands import COME_OR_GO, COMMAND_KINDS, CommandKind, Does
+from kinetile.show.player.recording import PLAYED_KINDS
+from kinetile_accuracy.specification.course import EVENTS
 
 ROOT = Path(__file__).parents[1]
 PAGES = "\n".join(page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))
@@ -95,6 +103,19 @@ def test_a_field_of_an_insertion_is_an_argument_of_insert_and_of_insert_many() -
         used = {node.id for node in nodes if isinstance(node, ast.Name)}
         given = {plural.get(each, each) for each in inspect.signature(call).parameters if each in used}
         demand(given - {"self"} == demanded, f"{call.__name__} hands on {given}; an insertion has {demanded}")
+
+
+@pytest.mark.parametrize("kind", COMMAND_KINDS, ids=lambda each: each.word)
+def test_a_command_of_scenes_is_known_to_events_pages_and_the_certifier(kind: CommandKind) -> None:
+    name = kind.made.__name__
+    demand(kind.event in get_args(EventKind), f"EventKind has no {kind.event!r}")
+    demand(python_of(brings)(kind.code) == (Does.BRINGS in kind.does), "kernel/loop/commands.py: brings")
+    demand(python_of(takes)(kind.code) == (Does.TAKES in kind.does), "kernel/loop/commands.py: takes")
+    rows = (ROOT / "core/kinetile/show/player/script/run/rows.mjs").read_text(encoding="utf-8")
+    played = json.loads(re.search(r"KINDS = (\[.*\]);", rows)[1])
+    demand(played == [*PLAYED_KINDS] and kind.event in played, f"rows.mjs has {played}")
+    demand(kind.made in EVENTS or kind in COME_OR_GO, f"course.EVENTS has no {name}")
+    demand(name in kt.__all__, f"kinetile has no {name}")
 
 
 INTERNAL = {"alike", "composition", "counted", "declares_kinds", "ruled"}

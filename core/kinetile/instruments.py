@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         recipe_parameters,
     )
     from kinetile.scene.checks import abridged, shown
+    from kinetile.scene.commands import COMMAND_KINDS
     from kinetile.scene.files import dumps_scene, loads_scene
     from kinetile.scene.schema import read_tables, read_text
     from kinetile.scene.values import VALUES, Value

@@ -275,7 +275,7 @@ def accuracy(
     ] = None,
     json: cli.Json = False,
 ) -> None:
-    """Report speed against error: a page with its figures, and the data behind them.
+    """Reports speed against error: a page with its figures, and the data behind them.
 
     For example: kinetile accuracy --quick --out report
     """

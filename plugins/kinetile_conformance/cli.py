@@ -306,7 +306,7 @@ def replay(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run a check on a saved scene again; exit code 1 if it still fails.
+    """Runs a check on a saved scene again; exit code 1 if it still fails.
 
     For example: kinetile replay conformance-failures/case.toml cells
     """

@@ -24,6 +24,7 @@ export function readResponses(tables) {
     const pairs = named.map((between) => between.map((kind) => readKind(kind, `${at}.between`)));
     if (name === "pass" && pairs[0].includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
     if (name !== "restitution") return pairs.map((between) => ({ between, name }));
+    keys(table.options ?? {}, ["e", "contact_time", "settle"], `${at}.options`);
     const { e, contact_time, settle } = table.options ?? {};
     const w = number(settle ?? 0, `${at}.options.settle`);
     if (!(e >= 0 && e <= 1)) throw new Error(`${at}.options.e is ${e}, not from 0 to 1.`);

@@ -31,7 +31,7 @@ def compare(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Run a scene under several broad phases; exit code 1, and the first difference, unless all agree.
+    """Runs a scene under several broad phases; exit code 1, and the first difference, unless all agree.
 
     For example: kinetile compare lattice --phases naive,cells --until 4
     """

@@ -32,7 +32,7 @@ def export(
     overwrite: Annotated[bool, cli.flag("Replace the file of --to.", "--overwrite")] = False,
     compiled: cli.Compiled = None,
 ) -> None:
-    """Write frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`).
+    """Writes frames of a run for OVITO, ASE and others: extended XYZ, or GSD (needs the extra `export`).
 
     For example: kinetile export grid --every 0.1 --until 2 --to frames.xyz
     """

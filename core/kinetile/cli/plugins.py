@@ -144,7 +144,7 @@ def new_plugin(
     kind: Annotated[str, option("A broad-phase, response, observable or recipe.", "KIND")] = "broad-phase",
     into: Annotated[Path, option("The folder to write the package into.", "DIR")] = Path(),
 ) -> None:
-    """Write a package with a broad phase, or another plugin, that works, to begin your own with.
+    """Writes a package with a broad phase, or another plugin, that works, to begin your own with.
 
     For example: kinetile new-plugin stripes --into plugins
     """

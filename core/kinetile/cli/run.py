@@ -63,7 +63,7 @@ def run(
     csv: cli.Csv = False,
     quiet: cli.Quiet = False,
 ) -> None:
-    """Run a scene and print what happened.
+    """Runs a scene and print what happened.
 
     For example: kinetile run grid -s bodies=100 --until 2
     """
@@ -210,7 +210,7 @@ def recover(
     overwrite: Annotated[bool, cli.flag("Replace an event file that exists.", "--overwrite")] = False,
     json: cli.Json = False,
 ) -> None:
-    """Make an event file from what a killed run has left.
+    """Makes an event file from what a killed run has left.
 
     For example: kinetile recover run.parquet.partial
     """

@@ -56,7 +56,7 @@ def draw(
     overwrite: Annotated[bool, cli.flag("Replace the file of --out.", "--overwrite")] = False,
     compiled: cli.Compiled = None,
 ) -> None:
-    """Draw a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs.
+    """Draws a moment of a scene with the structure of its broad phase: bounds, tiles, cells, pairs.
 
     For example: kinetile draw grid --at 0.1 --broad-phase sap-2d --out moment.svg
     """
@@ -144,7 +144,7 @@ def view(
     show: Annotated[bool, cli.flag("Open the page in the browser.", "--open")] = False,
     compiled: cli.Compiled = None,
 ) -> None:
-    """Write an interactive page in which a run plays: one file, exact at any moment, event by event.
+    """Writes an interactive page in which a run plays: one file, exact at any moment, event by event.
 
     With --out FILE.gif or FILE.mp4, a film of the run.
 

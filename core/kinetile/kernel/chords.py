@@ -29,13 +29,13 @@ from kinetile.kernel.tables import NEVER, Kernel
 
 
 def as_seen(k: Kernel) -> Kernel:
-    """Return what ``with_shadows`` does, or the tables where no body is accelerated; not for hooks."""
+    """Returns what ``with_shadows`` does, or the tables where no body is accelerated; not for hooks."""
     return k._replace(bodies=k.shadows, places=k.shades) if len(k.shadows) else k
 
 
 @hook
 def lay(k: Kernel, number: int) -> None:
-    """Lay the next chord of a body, from the present tick on."""
+    """Lays the next chord of a body, from the present tick on."""
     clock = k.clock[0]
     tick = clock.now
     body = k.bodies[number]
@@ -69,13 +69,13 @@ def lay(k: Kernel, number: int) -> None:
 
 @hook
 def span_of(ax: float, ay: float, margin: float, per_time: float) -> int:
-    """Return how many ticks a chord of this acceleration lasts, by the margin: |a| span^2 / 2 at most."""
+    """Returns how many ticks a chord of this acceleration lasts, by the margin: |a| span^2 / 2 at most."""
     ticks = (2.0 * margin / (abs(ax) + abs(ay))) ** 0.5 * per_time * (1.0 - 2.0**-20)
     return int(ticks) if ticks < float(MOST_SPAN) else MOST_SPAN
 
 
 def lay_all(k: Kernel, skin: float, margin: float) -> None:
-    """Lay the chords of all bodies again, from the present tick on, where their plans have them; with what
+    """Lays the chords of all bodies again, from the present tick on, where their plans have them; with what
     broad phases read of a body besides. Not for hooks. Before: there is no structure."""
     clock, bodies, shadows = k.clock[0], k.bodies.view(np.ndarray), k.shadows.view(np.ndarray)
     for name in shadows.dtype.names or ():
@@ -99,7 +99,7 @@ def lay_all(k: Kernel, skin: float, margin: float) -> None:
 
 @cache
 def seeing(name: str, function: Hook) -> Hook:
-    """Return the hook of a broad phase, by its name in the loop, as the loop calls it where bodies are
+    """Returns the hook of a broad phase, by its name in the loop, as the loop calls it where bodies are
     accelerated: it gets the tables with shadows, and the chord is laid before a body is replanned; the same
     one for the same hook."""
     given = with_numpy(function) if is_checked(function) else function

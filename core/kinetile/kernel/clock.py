@@ -24,7 +24,7 @@ LONGEST_UNIT = 2.0**100
 
 
 def time_unit(extent: float, speed: float, most: float = 1.0) -> float:
-    """Return the power of two, at most ``most``, in which a body of this speed crosses about this extent.
+    """Returns the power of two, at most ``most``, in which a body of this speed crosses about this extent.
 
     At speed 1 in a unit box that is 1. Where bodies are so fast that they would fly far in a tick of 2^-52, a
     smaller unit keeps what they fly in a tick below the rounding of their coordinates. Slow ones may be given
@@ -49,46 +49,46 @@ class Clock:
     base: int = 0
 
     def ticks(self, time: float) -> int:
-        """Return a time as ticks since the start, rounded down."""
+        """Returns a time as ticks since the start, rounded down."""
         a, b = time.as_integer_ratio()
         c, d = self.start.as_integer_ratio()
         e, f = self.unit.as_integer_ratio()
         return (a * d - c * b) * f * TICKS // (b * d * e)
 
     def tick_of(self, time: float, at: tuple[int, ...] | None) -> int:
-        """Return a time in ticks since the start, or that of ``at``, which begins with (epoch, tick)."""
+        """Returns a time in ticks since the start, or that of ``at``, which begins with (epoch, tick)."""
         return self.ticks(time) if at is None else at[0] * TICKS + at[1]
 
     def relative(self, ticks: int) -> int:
-        """Return ticks since the start as the kernel's ticks."""
+        """Returns ticks since the start as the kernel's ticks."""
         return ticks - self.base * TICKS
 
     def total(self, relative: int) -> int:
-        """Return a kernel's tick as ticks since the start."""
+        """Returns a kernel's tick as ticks since the start."""
         return relative + self.base * TICKS
 
     def moment(self, ticks: int) -> tuple[float, int, int]:
-        """Return (time, epoch, tick) of ticks since the start: see ``kinetile.kernel.log``."""
+        """Returns (time, epoch, tick) of ticks since the start: see ``kinetile.kernel.log``."""
         epoch, tick = divmod(ticks, TICKS)
         return float(self.rounded(epoch, tick)), epoch, tick
 
     def time(self, relative: int) -> float:
-        """Return a kernel's tick as time, rounded once."""
+        """Returns a kernel's tick as time, rounded once."""
         (a, b), (c, d) = self.start.as_integer_ratio(), self.unit.as_integer_ratio()
         total = int(relative) + self.base * TICKS
         return (a * d * TICKS + total * c * b) / (b * d * TICKS)
 
     def before(self, ticks: int) -> float:
-        """Return the last time whose tick is before this one."""
+        """Returns the last time whose tick is before this one."""
         time = self.time(ticks - self.base * TICKS)
         return time if self.ticks(time) < ticks else math.nextafter(time, -math.inf)
 
     def split(self, relative: np.ndarray[Any, np.dtype[np.int64]]) -> tuple[Any, Any, Any]:
-        """Return (time, epoch, tick) of kernel ticks: see ``kinetile.kernel.log``."""
+        """Returns (time, epoch, tick) of kernel ticks: see ``kinetile.kernel.log``."""
         epoch = (relative >> 52) + self.base
         tick = relative & (TICKS - 1)
         return self.rounded(epoch, tick), epoch, tick
 
     def rounded(self, epoch: Any, tick: Any) -> Any:
-        """Return times of (epoch, tick), for numbers and arrays alike."""
+        """Returns times of (epoch, tick), for numbers and arrays alike."""
         return self.start + (epoch + tick * 2.0**-52) * self.unit

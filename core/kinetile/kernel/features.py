@@ -5,7 +5,7 @@ is under a test of one that is 0 is not compiled, nor is a call of a function ma
 Outside of a composed loop a feature has no value. CONTRIBUTING.md has this table.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -39,7 +39,9 @@ BOUNDS = _of("BOUNDS", "computes ticks of contacts at the head of the queue only
 WALLED = _of("WALLED", "predicts contacts with walls", "a narrow phase for walls", "walls around")
 PERIODIC = _of("PERIODIC", "counts images, and anchors old plans", "`periodic`", "images: ")
 ACCELERATIONS = _of("ACCELERATIONS", "lays chords", "`gravity` or `acceleration`", "on chords")
-MIXED = _of("MIXED", "lets two that have met meet again", "accelerations that differ", "accelerations up to")
+UNEQUAL = _of(
+    "UNEQUAL", "lets two that have met meet again", "accelerations that differ", "accelerations up to"
+)
 RESTING = _of("RESTING", "holds bodies on supports", "a response with the option `settle`")
 RULES = _of("RULES", "looks up the rule of a contact", "`responses`", "responses by kind")
 RESPONSES = _of("RESPONSES", "calls hooks of responses: it is their number", "responses that have a hook")
@@ -49,6 +51,10 @@ SHAPES = _of("SHAPES", "computes gaps between shapes", "`shapes`, with commands 
 COMMANDS = _of("COMMANDS", "runs commands", "`commands`, or the first one by hand", "commands: ")
 LIVING = _of("LIVING", "inserts and removes bodies", "such commands, and `enter` of the broad phase")
 AHEAD = _of("AHEAD", "prefetches what the next events read", "8,192 bodies, and `soon` of the broad phase")
+
+
+NONE: Mapping[str, Any] = dict.fromkeys(FEATURES, 0)
+"""What is composed without any of them."""
 
 
 def values(**given: Any) -> dict[str, Any]:

@@ -25,32 +25,32 @@ velocity_after = with_accelerations(hook(plan.accelerated_velocity_after))(hook(
 
 @hook
 def since_anchor(k: Kernel, body: Records, tick: int) -> float:
-    """Return the time from a body's anchor to a tick, in the scene's unit."""
+    """Returns the time from a body's anchor to a tick, in the scene's unit."""
     return float((tick - body.anchor) * k.clock[0].tick)
 
 
 @hook
 def position_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
-    """Return where a body's plan has it at a tick."""
+    """Returns where a body's plan has it at a tick."""
     return position_after(body, since_anchor(k, body, tick))
 
 
 @hook
 def velocity_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
-    """Return the velocity that a body's plan gives it at a tick."""
+    """Returns the velocity that a body's plan gives it at a tick."""
     return velocity_after(body, since_anchor(k, body, tick))
 
 
 @hook
 def anchor_at(k: Kernel, body: Records, tick: int) -> None:
-    """Anchor a body's plan at a tick, without changing how it flies."""
+    """Anchors a body's plan at a tick, without changing how it flies."""
     body.x, body.y, body.vx, body.vy = position_at(k, body, tick) + velocity_at(k, body, tick)
     body.anchor = tick
 
 
 @hook
 def square_of_speed(body: Records) -> float:
-    """Return the square of a body's speed at its anchor."""
+    """Returns the square of a body's speed at its anchor."""
     return float(body.vx * body.vx + body.vy * body.vy)
 
 
@@ -68,7 +68,7 @@ def _twice_energy(body: Records) -> float:
 @with_accelerations(_twice_energy)
 @hook
 def twice_energy(body: Records) -> float:
-    """Return twice the energy that a mass of 1 has at the anchor of its plan: the square of its speed, and
+    """Returns twice the energy that a mass of 1 has at the anchor of its plan: the square of its speed, and
     where it is accelerated that of the speed with which it arrives in the corner (0, 0) if it begins at rest
     where it is; below 0 if it has to be thrown up to there."""
     return square_of_speed(body)
@@ -76,7 +76,7 @@ def twice_energy(body: Records) -> float:
 
 @hook
 def since_origin(k: Kernel, tick: int) -> float:
-    """Return the time from the common clock's origin to a tick, in the scene's unit."""
+    """Returns the time from the common clock's origin to a tick, in the scene's unit."""
     clock = k.clock[0]
     return float((tick - clock.origin) * clock.tick)
 
@@ -90,12 +90,12 @@ def _note_pull(body: Records, k: Kernel, number: int) -> None:
 @with_accelerations(_note_pull)
 @hook
 def note_pull(body: Records, k: Kernel, number: int) -> None:
-    """Write a body's row of ``k.pulls``, if there is one: its acceleration, and when its chord ends."""
+    """Writes a body's row of ``k.pulls``, if there is one: its acceleration, and when its chord ends."""
 
 
 @hook
 def note_place(k: Kernel, number: int) -> None:
-    """Write a body's row of ``k.places``: where its plan has it at the origin of the common clock.
+    """Writes a body's row of ``k.places``: where its plan has it at the origin of the common clock.
 
     Rounded once more than its plan, hence only good for bounds.
     """
@@ -108,7 +108,7 @@ def note_place(k: Kernel, number: int) -> None:
 
 @hook
 def note_all_places(k: Kernel, tick: int) -> None:
-    """Move the origin of the common clock to a tick."""
+    """Moves the origin of the common clock to a tick."""
     k.clock[0].origin = tick
     for body in range(k.clock[0].bodies):
         note_place(k, body)
@@ -123,12 +123,12 @@ def plans_now(k: Kernel, slots: Integers | None = None) -> tuple[Plan | Accelera
 
 
 def positions_now(k: Kernel, slots: Integers | None = None) -> Floats:
-    """Return (n, 2) positions now, of all bodies or of those in the slots given; not for hooks."""
+    """Returns (n, 2) positions now, of all bodies or of those in the slots given; not for hooks."""
     return positions_after(*plans_now(k, slots))
 
 
 def whole_pulls(k: Kernel, slots: Array) -> Floats:
-    """Return (n, 2) accelerations of bodies in slots, as if nothing held them; not for hooks."""
+    """Returns (n, 2) accelerations of bodies in slots, as if nothing held them; not for hooks."""
     bodies = k.bodies.view(np.ndarray).take(slots)
     for names in (("whole_x", "whole_y"), ("ax", "ay")):
         if names[0] in (bodies.dtype.names or ()):
@@ -138,8 +138,8 @@ def whole_pulls(k: Kernel, slots: Array) -> Floats:
 
 @hook
 def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
-    """Return (v . n) / (n . n) for the relative velocity v and a vector n of length nearly 1, to half an ulp.
-    Both products are carried in full: the plain formula is off by an ulp or so."""
+    """Returns (v . n) / (n . n) for the relative velocity v and a vector n of length nearly 1, to half an
+    ulp. Both products are carried in full: the plain formula is off by an ulp or so."""
     vx = two.vx - one.vx
     vy = two.vy - one.vy
     xx = nx * nx
@@ -168,8 +168,8 @@ def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
 
 @hook
 def shared(mass: float, other: float, speed: float) -> float:
-    """Return the part of an exchange that a body takes: 2 other / (mass + other) speed, to about half an ulp.
-    Of a body of infinite mass it is 0, and the other one takes 2; two of them part as two equals do."""
+    """Returns the part of an exchange that a body takes: 2 other / (mass + other) speed, to about half an
+    ulp. Of a body of infinite mass it is 0, and the other one takes 2; two of them part as two equals do."""
     if mass == math.inf:
         return speed if other == math.inf else 0.0
     if other == math.inf:

@@ -76,21 +76,21 @@ HALVES = 1.5 * 2.0**52
 
 @hook
 def nearest_whole(value: float) -> float:
-    """Return the nearest whole number, of two the even one, of a number below 2^51 in size."""
+    """Returns the nearest whole number, of two the even one, of a number below 2^51 in size."""
     return (value + HALVES) - HALVES
 
 
 @hook
 def remainder(value: float, period: float, times: float) -> float:
-    """Return value - times * period, for the whole number that makes it nearly the least: exactly."""
+    """Returns value - times * period, for the whole number that makes it nearly the least: exactly."""
     product = times * period
     return (value - product) - product_error(times, period, product)
 
 
 @hook
 def turns_of(place: float, period: float) -> float:
-    """Return how many periods a place is away from the box around 0: the quotient, rounded to nearest, of two
-    the even one; 0 for the period of an axis with walls."""
+    """Returns how many periods a place is away from the box around 0: the quotient, rounded to nearest, of
+    two the even one; 0 for the period of an axis with walls."""
     half = 0.5 * period
     if abs(place) <= half or period == 0.0:
         return 0.0
@@ -105,14 +105,14 @@ def turns_of(place: float, period: float) -> float:
 
 @hook
 def near_zero(place: float, period: float) -> float:
-    """Return a place, along an axis, without its periods; 0 is the period of one with walls."""
+    """Returns a place, along an axis, without its periods; 0 is the period of one with walls."""
     return remainder(place, period, turns_of(place, period))
 
 
 @only_with(PERIODIC)
 @hook
 def wrap(k: Kernel, body: int) -> None:
-    """Take the periods off the place of a body whose plan has been anchored."""
+    """Takes the periods off the place of a body whose plan has been anchored."""
     torus = k.clock[0].torus
     plan = k.bodies[body]
     image = k.images[body]
@@ -134,20 +134,20 @@ def wrap(k: Kernel, body: int) -> None:
 
 @template
 def anchor(k: Kernel, body: int, tick: int) -> None:
-    """Anchor a body's plan at a tick, without changing its velocity."""
+    """Anchors a body's plan at a tick, without changing its velocity."""
     anchor_at(k, k.bodies[body], tick)
     wrap(k, body)
 
 
 @hook
 def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """Return how deep two discs overlap if their places are so far apart."""
+    """Returns how deep two discs overlap if their places are so far apart."""
     return float(k.bodies[early].radius + k.bodies[late].radius - math.sqrt(dx * dx + dy * dy))
 
 
 @hook
 def image_of(k: Kernel, early: int, late: int, elder: int, plans: Plans) -> tuple[int, int]:
-    """Return the image of plans, counted from the elder of two bodies to the younger."""
+    """Returns the image of plans, counted from the elder of two bodies to the younger."""
     sense = 1 if early == elder else -1
     m = int(plans.x.turns) - (k.images[late].kx - k.images[early].kx)
     n = int(plans.y.turns) - (k.images[late].ky - k.images[early].ky)
@@ -179,14 +179,14 @@ def _straight(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> i
 
 @hook
 def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Return how many ticks after the later anchor two discs touch by their plans, through the image of
+    """Returns how many ticks after the later anchor two discs touch by their plans, through the image of
     these, or ``NEVER``."""
     return int(_straight(k.bodies[early], k, early, late, plans))
 
 
 @hook
 def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, float]:
-    """Return the image on the clock as whole numbers of periods that are added to the place of ``late`` less
+    """Returns the image on the clock as whole numbers of periods that are added to the place of ``late`` less
     that of ``early``, as their plans hold them; images are counted from the elder of the two."""
     torus = k.clock[0].torus
     sense = 1 if early == elder else -1
@@ -197,7 +197,7 @@ def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, 
 
 @hook
 def flight_between(k: Kernel, one: Records, two: Records) -> tuple[float, float, float, float]:
-    """Return how far two is from one, by their plans, and how fast it goes away, at the anchor of two."""
+    """Returns how far two is from one, by their plans, and how fast it goes away, at the anchor of two."""
     x, y = position_at(k, one, two.anchor)
     vx, vy = velocity_at(k, one, two.anchor)
     return two.x - x, two.y - y, two.vx - vx, two.vy - vy
@@ -205,7 +205,7 @@ def flight_between(k: Kernel, one: Records, two: Records) -> tuple[float, float,
 
 @hook
 def time_within(place: float, speed: float, far: float, limit: float) -> tuple[float, float]:
-    """Return from when until when, up to a limit, a place that moves ahead is within ``far`` of 0."""
+    """Returns from when until when, up to a limit, a place that moves ahead is within ``far`` of 0."""
     if not speed > 0.0:
         return math.inf if place < -far else 0.0, limit
     return (-far - place) / speed if place < -far else 0.0, smaller((far - place) / speed, limit)
@@ -215,7 +215,7 @@ def time_within(place: float, speed: float, far: float, limit: float) -> tuple[f
 def rows_within(
     dy: float, uy: float, enters: float, leaves: float, far: float, per_y: float
 ) -> tuple[float, float]:
-    """Return the first and the last row of images that are within ``far`` along y in a time."""
+    """Returns the first and the last row of images that are within ``far`` along y in a time."""
     from_y = dy + uy * enters
     to_y = dy + uy * leaves
     first = -float(math.floor((larger(from_y, to_y) + far) * per_y))
@@ -236,9 +236,9 @@ def is_left_out(k: Kernel, a: int, early: int, late: int, plans: Plans, passing:
 @unchecked
 @hook
 def first_image(k: Kernel, a: int, b: int) -> int:
-    """Return the tick of the first contact of two bodies, ``a`` the elder, through any image that is not left
-    out, or ``NEVER``; write to the clock through which. Of several at one tick it is that of the least m,
-    then of the least n. Two that may pass do not meet in the past: that passing has begun and ended.
+    """Returns the tick of the first contact of two bodies, ``a`` the elder, through any image that is not
+    left out, or ``NEVER``; writes to the clock through which. Of several at one tick it is that of the least
+    m, then of the least n. Two that may pass do not meet in the past: that passing has begun and ended.
 
     Columns come as they are within reach: what is behind the last of them is later than ``best``."""
     clock = k.clock[0]
@@ -301,7 +301,7 @@ def first_image_of(
 @only_with(PERIODIC)
 @hook
 def await_through(k: Kernel, body: int) -> None:
-    """Note, beside a body's entry, the image of the contact that has been computed for it last."""
+    """Notes, beside a body's entry, the image of the contact that has been computed for it last."""
     image = k.images[body]
     image.m = k.clock[0].torus.m
     image.n = k.clock[0].torus.n
@@ -310,8 +310,8 @@ def await_through(k: Kernel, body: int) -> None:
 @only_with(PERIODIC)
 @hook
 def come_together(k: Kernel, a: int, b: int, h: int) -> None:
-    """Write to the clock what is added to b - a at the contact that the entry of h awaits. Both are anchored.
-    The image is barred for them from now on."""
+    """Writes to the clock what is added to b - a at the contact that the entry of h awaits. Both are
+    anchored. The image is barred for them from now on."""
     torus = k.clock[0].torus
     image = k.images[h]
     one = k.images[a]
@@ -326,7 +326,8 @@ def come_together(k: Kernel, a: int, b: int, h: int) -> None:
 
 @hook
 def next_to_anchor(k: Kernel) -> int:
-    """Return the next body whose plan is a beat old at this beat; NOBODY if none, and await the next beat."""
+    """Returns the next body whose plan is a beat old at this beat; NOBODY if none, and awaits the next
+    beat."""
     torus = k.clock[0].torus
     while torus.number < len(k.slots):
         body = k.slots[torus.number]

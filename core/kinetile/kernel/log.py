@@ -27,7 +27,7 @@ CONTACT = np.dtype([("time", "f8"), ("epoch", "i8"), ("tick", "i8"), ("a", "i4")
 
 Of two bodies that pass through each other it is the beginning; the end is a row with 0 <= ``b`` < ``a``."""
 
-MET = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
+CONTACT_ROW = np.dtype([("epoch", "<i8"), ("tick", "<i8"), ("a", "<i4"), ("b", "<i4")])
 """One contact as the fingerprint reads it, and as the loop writes it."""
 
 LOG = np.dtype(
@@ -48,8 +48,8 @@ nearest to 0, from minus half a period to half of it. Where bodies are accelerat
 
 def digestible(contacts: Rows) -> bytes:
     """Returns the input of the fingerprint, in an order of bytes that is the same everywhere."""
-    exact = np.zeros(len(contacts), MET)
-    for name in MET.names or ():
+    exact = np.zeros(len(contacts), CONTACT_ROW)
+    for name in CONTACT_ROW.names or ():
         exact[name] = contacts[name]
     return exact.tobytes()
 
@@ -76,9 +76,9 @@ class Fingerprint:
         self.rows = bytearray(rows)
 
     def update(self, rows: bytes | memoryview) -> None:
-        """Adds rows, in the form of ``MET``."""
+        """Adds rows, in the form of ``CONTACT_ROW``."""
         self.rows += rows
-        begin, block = 0, IN_BLOCK * MET.itemsize
+        begin, block = 0, IN_BLOCK * CONTACT_ROW.itemsize
         while len(self.rows) - begin > block:
             self.chain = hashlib.sha256(self.chain + self.rows[begin : begin + block]).digest()
             begin += block

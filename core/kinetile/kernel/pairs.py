@@ -21,7 +21,7 @@ from kinetile.kernel.tables import BAD_PAIR, NOBODY, UNKNOWN_PAIR, Kernel, Recor
 
 @hook
 def link(table: Records, firsts: Any, new: int) -> None:
-    """Put a pair at the head of the lists of its bodies."""
+    """Puts a pair at the head of the lists of its bodies."""
     record = table[new]
     record.prev_a = -1
     record.prev_b = -1
@@ -31,7 +31,7 @@ def link(table: Records, firsts: Any, new: int) -> None:
 
 @hook
 def _push_front(table: Records, firsts: Any, body: int, new: int) -> int:
-    """Put a pair at the head of a body's list; return the former head."""
+    """Puts a pair at the head of a body's list; returns the former head."""
     head = firsts[body]
     firsts[body] = new
     if head >= 0:
@@ -44,7 +44,7 @@ def _push_front(table: Records, firsts: Any, body: int, new: int) -> int:
 
 @hook
 def unlink(table: Records, firsts: Any, old: int) -> None:
-    """Take a pair out of the lists of its bodies."""
+    """Takes a pair out of the lists of its bodies."""
     record = table[old]
     _take_out(table, firsts, record.a, record.prev_a, record.next_a)
     _take_out(table, firsts, record.b, record.prev_b, record.next_b)
@@ -52,7 +52,7 @@ def unlink(table: Records, firsts: Any, old: int) -> None:
 
 @hook
 def _take_out(table: Records, firsts: Any, body: int, before: int, after: int) -> None:
-    """Take a pair out of a body's list, given its neighbours there."""
+    """Takes a pair out of a body's list, given its neighbours there."""
     if before < 0:
         firsts[body] = after
     elif table[before].a == body:
@@ -68,7 +68,7 @@ def _take_out(table: Records, firsts: Any, body: int, before: int, after: int) -
 
 @hook
 def follower(table: Records, body: int, pair: int) -> int:
-    """Return the pair after a pair in a body's list, or -1."""
+    """Returns the pair after a pair in a body's list, or -1."""
     record = table[pair]
     return int(record.next_a if record.a == body else record.next_b)
 
@@ -84,7 +84,7 @@ def offer(k: Kernel, a: int, b: int) -> None:
 
 @hook
 def pairs_of(k: Kernel, body: int) -> int:
-    """Write the bodies that are in a pair with a body to ``k.near``; return how many there are."""
+    """Writes the bodies that are in a pair with a body to ``k.near``; returns how many there are."""
     table = k.pairs
     if len(k.firsts) == 0:
         return 0
@@ -106,7 +106,7 @@ def _home(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def _find(k: Kernel, a: int, b: int) -> int:
-    """Return the slot of the lookup that holds a pair a < b, or the empty one where it would be."""
+    """Returns the slot of the lookup that holds a pair a < b, or the empty one where it would be."""
     table = k.pairs
     lookup = k.lookup
     mask = len(lookup) - 1
@@ -118,7 +118,7 @@ def _find(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def add_pair(k: Kernel, a: int, b: int) -> None:
-    """Put {a, b} into the pair set and offer it, or hold it once more. O(1) expected."""
+    """Puts {a, b} into the pair set and offer it, or hold it once more. O(1) expected."""
     clock = k.clock[0]
     lists = clock.lists
     if b < a:
@@ -153,7 +153,7 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
 
 @hook
 def remove_pair(k: Kernel, a: int, b: int) -> None:
-    """Take back one hold on {a, b}; with the last one it leaves the pair set. O(1) expected."""
+    """Takes back one hold on {a, b}; with the last one it leaves the pair set. O(1) expected."""
     lists = k.clock[0].lists
     if b < a:
         a, b = b, a

@@ -17,13 +17,13 @@ MOST_IMAGES = 4
 
 @hook
 def row_of(kinds: int, one: int, other: int) -> int:
-    """Return the row of the rule for two of ``kinds`` kinds; walls come behind the last kind."""
+    """Returns the row of the rule for two of ``kinds`` kinds; walls come behind the last kind."""
     return int(one * (kinds + 1) + other)
 
 
 @hook
 def rule_of(k: Kernel, a: int, b: int) -> int:
-    """Return the row of the rule for the bodies in two slots, or for one and a wall (b below 0)."""
+    """Returns the row of the rule for the bodies in two slots, or for one and a wall (b below 0)."""
     kinds = k.clock[0].kinds
     return row_of(kinds, k.traits[a].kind, k.traits[b].kind if b >= 0 else kinds)
 
@@ -50,7 +50,7 @@ def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
 
 @hook
 def counts_from(k: Kernel, a: int, b: int, since: int) -> int:
-    """Return from how many ticks after a tick on the contacts of two bodies count: of two that pass through
+    """Returns from how many ticks after a tick on the contacts of two bodies count: of two that pass through
     each other those that are not past (rule 11), of others all."""
     past = k.clock[0].now - since
     return int(past if past > 0 and len(k.rules) > 0 and passes(k, a, b) else 0)

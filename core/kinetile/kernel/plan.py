@@ -104,5 +104,5 @@ MOST_SPAN = 1 << 58
 
 
 def shortest(pull: tuple[float, float], margin: float, unit: float) -> float:
-    """Return how many ticks the shortest chord lasts by the largest accelerations, in a clock's ``unit``."""
+    """Returns how many ticks the shortest chord lasts by the largest accelerations, in a clock's ``unit``."""
     return math.sqrt(2.0 * margin / sum(pull)) * (TICKS / unit)

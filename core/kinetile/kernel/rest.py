@@ -26,7 +26,7 @@ def is_held_by(k: Kernel, body: int, other: int) -> bool:
 @only_with(RESTING)
 @hook
 def let_go(k: Kernel, body: int) -> None:
-    """Give a body its whole acceleration. What has held it is known until ``take_hold``."""
+    """Gives a body its whole acceleration. What has held it is known until ``take_hold``."""
     plan = k.bodies[body]
     plan.was_x = plan.ax
     plan.was_y = plan.ay
@@ -39,7 +39,7 @@ def let_go(k: Kernel, body: int) -> None:
 @only_with(RESTING)
 @hook
 def take_hold(k: Kernel, body: int) -> bool:
-    """Make true what a response decided on a body let go; return whether its acceleration has changed."""
+    """Makes true what a response decided on a body let go; returns whether its acceleration has changed."""
     plan = k.bodies[body]
     plan.may = NOT
     plan.supports = plan.holds
@@ -53,7 +53,7 @@ def take_hold(k: Kernel, body: int) -> bool:
 
 @hook
 def without(ax: float, ay: float, mx: float, my: float) -> tuple[float, float]:
-    """Return a vector without its part along a normal."""
+    """Returns a vector without its part along a normal."""
     part = ax * mx + ay * my
     return ax - part * mx, ay - part * my
 

@@ -37,13 +37,13 @@ class Skin(NamedTuple):
     tolerance: float
 
     def fat(self, length: float) -> float:
-        """Return by how much a lower bound fattens two bodies whose places on the common clock are less than
+        """Returns by how much a lower bound fattens two bodies whose places on the common clock are less than
         ``length`` from the origin: more than rounding can move them (docs/one-answer.md)."""
         return 64.0 * (ULP * length + self.eta)
 
     @classmethod
     def of(cls, bodies: int, extent: float, speed: float, tick: float, margin: float = 0.0) -> "Skin":
-        """Return the skin of n bodies within ``extent`` of the origin and never faster than ``speed``, whose
+        """Returns the skin of n bodies within ``extent`` of the origin and never faster than ``speed``, whose
         shadows are off by ``margin`` at most (``kernel.chords``)."""
         rounding = 16.0 * ULP * extent
         flight = 2.0 * speed * tick
@@ -56,7 +56,7 @@ class Skin(NamedTuple):
 
 
 def too_thick(broad_phase: str, delta: float, limit: float) -> TooThick:
-    """Return the error of a broad phase that is only right with a thinner skin."""
+    """Returns the error of a broad phase that is only right with a thinner skin."""
     return TooThick(
         f"{broad_phase} is right only while the skin around bodies is thin, at most {limit:.3g} here, and "
         f"rounding asks for {delta:.3g}: choose another broad phase, or a scene with less range in size, "
@@ -74,7 +74,7 @@ def _reach_of_shape(body: Records, side: int, skin: float) -> float:
 @with_shapes(_reach_of_shape)
 @hook
 def reach_to(body: Records, side: int, skin: float) -> float:
-    """Return how far a body reaches to a side, the skin included: 0 to the left, 1 right, 2 down, 3 up.
+    """Returns how far a body reaches to a side, the skin included: 0 to the left, 1 right, 2 down, 3 up.
 
     Where all bodies are discs that is ``body.reach``, and a loop is compiled with this alone. ``skin`` is
     ``k.clock[0].limits.skin``.
@@ -83,7 +83,7 @@ def reach_to(body: Records, side: int, skin: float) -> float:
 
 
 def reaches_of(k: Kernel) -> Floats:
-    """Return (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; not for hooks."""
+    """Returns (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; not for hooks."""
     bodies = k.bodies.view(np.ndarray)
     if "left" not in bodies.dtype.names:
         return np.asarray(np.repeat(bodies["reach"][:, None], 4, axis=1))
@@ -91,7 +91,7 @@ def reaches_of(k: Kernel) -> Floats:
 
 
 def box_gaps(between: Iterable[Floats], one: Floats, other: Floats) -> Floats:
-    """Return (m, n) how far m upright boxes and n others are apart, along x or y, whichever is more; below 0
+    """Returns (m, n) how far m upright boxes and n others are apart, along x or y, whichever is more; below 0
     where they overlap.
 
     ``between`` are two (m, n) tables of differences of places, one less the other; ``one`` and ``other`` are

@@ -27,7 +27,7 @@ from numpy.lib.stride_tricks import as_strided
 
 from kinetile.arrays import Floats
 from kinetile.kernel.compiled import hook
-from kinetile.kernel.log import MET, WALLS
+from kinetile.kernel.log import CONTACT_ROW, WALLS
 from kinetile.kernel.plan import FIELDS, FIELDS_OF_TWO
 
 Records: TypeAlias = Any
@@ -98,7 +98,7 @@ _DECLARED: dict[np.dtype[Any], tuple[Field, ...]] = {}
 
 
 def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
-    """Return the type of records with these fields: names, a form, a quantity and a role, or the name of a
+    """Returns the type of records with these fields: names, a form, a quantity and a role, or the name of a
     record within it and its type. From these declarations follow what is saved and compared, how ticks move,
     and which values a file may have. Raises TypeError for a field without."""
     named = [(name, *row[1:]) for row in rows for name in row[0].split()]
@@ -115,7 +115,7 @@ def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
 
 @cache
 def declared(dtype: np.dtype[Any], *which: Quantity | Role) -> tuple[Field, ...]:
-    """Return the fields of a record, all or those of some quantities or roles; none of another array."""
+    """Returns the fields of a record, all or those of some quantities or roles; none of another array."""
     fields = _DECLARED.get(dtype, ())
     return tuple(each for each in fields if not which or each.quantity in which or each.role in which)
 
@@ -357,7 +357,7 @@ CARRIED_ROWS = {
 """What is carried: the flight plan of each body with what belongs to it, the pairs that pass through each
 other, the commands that wait, the counts, the clock. Slots are numbers of bodies in it."""
 
-THEMSELVES = np.array(sorted(WALLS), np.int32)
+NEGATIVE_PARTNERS = np.array(sorted(WALLS), np.int32)
 """The walls, and NOBODY: behind the places of slots they are what an index below 0 finds."""
 
 OFFERS = 1 << 10
@@ -420,7 +420,7 @@ class Kernel(NamedTuple):
 
 
 def record_table(dtype: np.dtype[Any], length: int) -> Records:
-    """Return a zeroed table of records, or of plain numbers, that starts on a cache line."""
+    """Returns a zeroed table of records, or of plain numbers, that starts on a cache line."""
     raw = _zeroed(length * dtype.itemsize + 64)
     offset = -raw.ctypes.data % 64
     table = raw[offset : offset + length * dtype.itemsize].view(dtype)
@@ -428,7 +428,7 @@ def record_table(dtype: np.dtype[Any], length: int) -> Records:
 
 
 def _zeroed(size: int) -> npt.NDArray[np.uint8]:
-    """Return zeroed bytes: on large pages, where the system has such and the table is not small. Events read
+    """Returns zeroed bytes: on large pages, where the system has such and the table is not small. Events read
     a table here and there, and with small pages the processor has to look up where each is as well."""
     global _rest
     if size >= ON_LARGE_PAGES:
@@ -450,7 +450,8 @@ _one_at_a_time = Lock()
 
 
 def equal(number: float, length: int) -> Floats:
-    """Return a column of equal numbers that takes the memory of one: each element is the same eight bytes."""
+    """Returns a column of equal numbers that takes the memory of one: each element is the same eight
+    bytes."""
     return as_strided(np.full(1, number), (length,), (0,))
 
 
@@ -470,7 +471,7 @@ def allocate(
     accelerated: bool = False,
     resting: bool = False,
 ) -> Kernel:
-    """Return tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
+    """Returns tables for ``bodies`` bodies, numbered as their slots are, with room for ``near`` answers of
     ``near`` and for ``log_rows`` rows of the log; ``alike``: their masses and radii are and stay equal;
     ``shaped``: not all are discs; ``accelerated``: some are accelerated, and may rest if ``resting``."""
     seen = SHAPED if shaped else BODY
@@ -497,7 +498,7 @@ def allocate(
         shadows=record_table(seen, bodies if accelerated else 0),
         shades=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
         pulls=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
-        met=record_table(MET, log_rows),
+        met=record_table(CONTACT_ROW, log_rows),
         clock=begun(record_table(CLOCK, 1)),
         counts=record_table(COUNTS, 1),
         **{name: record_table(np.dtype(each), 0) for name, each in _EMPTY.items()},
@@ -509,7 +510,7 @@ def allocate(
 
 
 def pair_set(k: Kernel, room: int) -> Kernel:
-    """Return the tables with an empty pair set that has room for ``room`` pairs."""
+    """Returns the tables with an empty pair set that has room for ``room`` pairs."""
     slots = 1 << max(4, (2 * room - 1).bit_length())
     return k._replace(
         pairs=record_table(HELD_PAIR, room),
@@ -519,7 +520,7 @@ def pair_set(k: Kernel, room: int) -> Kernel:
 
 
 def clear(k: Kernel) -> None:
-    """Clear the queue, the calendar and the pair set; bodies, clock, counts and log stay."""
+    """Clears the queue, the calendar and the pair set; bodies, clock, counts and log stay."""
     clock = k.clock[0]
     calendar, lists = clock.calendar, clock.lists
     for name in ("key", "own", "tick", "guard"):
@@ -545,12 +546,13 @@ def clear(k: Kernel) -> None:
 
 
 def fields_in(dtype: np.dtype[Any]) -> list[str]:
-    """Return the names of a record's fields, "record.field" of one within it; none of plain numbers."""
+    """Returns the names of a record's fields, "record.field" of one within it; none of plain numbers."""
     return [each.name for each in declared(dtype)] or [*(dtype.names or ())]
 
 
 def column(table: Records, name: str) -> np.ndarray[Any, Any]:
-    """Return the column of a field, by the name that ``Field`` and ``fields_in`` have: a view, not a copy."""
+    """Returns the column of a field, by the name that ``Field`` and ``fields_in`` have: a view, not a
+    copy."""
     found: np.ndarray[Any, Any] = table.view(np.ndarray)
     for each in [name] if name in (found.dtype.names or ()) else name.split("."):
         found = found[each]
@@ -558,20 +560,20 @@ def column(table: Records, name: str) -> np.ndarray[Any, Any]:
 
 
 def begun(table: Records) -> Records:
-    """Return a zeroed table after each of its fields has got the value that stands for nothing."""
+    """Returns a zeroed table after each of its fields has got the value that stands for nothing."""
     for name, _, quantity, _ in declared(table.dtype, *_NONE):
         column(table, name)[...] = _NONE[quantity]
     return table
 
 
 def compared(table: Records) -> list[str]:
-    """Return the names of the fields that are equal under all phases; slots are not."""
+    """Returns the names of the fields that are equal under all phases; slots are not."""
     return [each.name for each in declared(table.dtype, CARRIED) if each.quantity not in (SLOT, PARTNER)]
 
 
 def copy_carried(source: Records, target: Records, places: npt.NDArray[np.int32]) -> None:
-    """Copy the carried fields of a table that another one has too. ``places`` has the number of the body in
-    each slot, or the slot of each number, and then ``THEMSELVES``."""
+    """Copies the carried fields of a table that another one has too. ``places`` has the number of the body in
+    each slot, or the slot of each number, and then ``NEGATIVE_PARTNERS``."""
     source, target = source.view(np.ndarray), target.view(np.ndarray)
     for name, _, quantity, _ in _in_both(source.dtype, target.dtype) if len(source) and len(target) else ():
         values, slots = column(source, name), quantity in (SLOT, PARTNER)
@@ -585,7 +587,7 @@ def _in_both(source: np.dtype[Any], target: np.dtype[Any]) -> list[Field]:
 
 
 def read_only(tables: Tables) -> Tables:
-    """Return a named tuple of arrays, each as a view that can only be read."""
+    """Returns a named tuple of arrays, each as a view that can only be read."""
     views = [array.view() for array in tables]
     for view in views:
         view.flags.writeable = False
@@ -602,7 +604,7 @@ MY_FAULT = 1 << 16
 
 @hook
 def blame(k: Kernel, fault: int, a: int, b: int) -> None:
-    """Report a fault of bodies ``a`` and ``b``; the first one counts."""
+    """Reports a fault of bodies ``a`` and ``b``; the first one counts."""
     first = k.clock[0].fault
     if first.code == 0:
         first.code = fault
@@ -618,18 +620,18 @@ def is_there(k: Kernel, body: int) -> bool:
 
 @hook
 def elder(k: Kernel, a: int, b: int) -> int:
-    """Return which of the bodies in two slots has the smaller number; the other one is in a + b - elder."""
+    """Returns which of the bodies in two slots has the smaller number; the other one is in a + b - elder."""
     return a if k.queue[a].number < k.queue[b].number else b
 
 
 @hook
 def slot_of(k: Kernel, number: int) -> int:
-    """Return the slot of the body with a number, or NOBODY if it has no slot."""
+    """Returns the slot of the body with a number, or NOBODY if it has no slot."""
     return int(k.slots[number]) if 0 <= number < len(k.slots) else NOBODY
 
 
 def slots_taken(k: Kernel) -> npt.NDArray[np.intp]:
-    """Return the slots with bodies in them, in the order of the bodies' numbers; not for hooks."""
+    """Returns the slots with bodies in them, in the order of the bodies' numbers; not for hooks."""
     number: Any = k.queue.view(np.ndarray)["number"]
     taken = np.flatnonzero(number >= 0)
     return taken[np.argsort(number[taken], kind="stable")]  # in order, but for a few

@@ -27,7 +27,7 @@ from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import WALL_KIND as WALL_KIND
-from kinetile.scene.commands import COMMAND_KINDS
+from kinetile.scene.commands import COMMAND_KINDS, Does, doing
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
@@ -49,7 +49,9 @@ EventKind: TypeAlias = Literal[
 
 _COMMANDS = cast("dict[int, EventKind]", {each.code: each.event for each in COMMAND_KINDS})
 _CODES = {kind: code for code, kind in _COMMANDS.items()}
-_TAKES = {each.code for each in COMMAND_KINDS if each.takes}
+_TAKES = {each.code for each in doing(Does.TAKES)}
+_WAITED_FOR = ("wall", "disc", "pass", "part")
+"""Kinds of events that a step returns from the log."""
 
 EVENT_KINDS: dict[int, EventKind] = {
     STRUCTURAL: "structural",
@@ -287,7 +289,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
             if event is not None and _CODES.get(event.kind) in _TAKES:  # after the passings that it ends
                 ended = sum(a > b for *_, a, b in pending_events)
                 pending_events.insert(ended, (event.epoch, event.tick, event.bodies[0], _CODES[event.kind]))
-            elif event is not None and event.kind in ("structural", "turn", "accelerate", "kind", "insert"):
+            elif event is not None and event.kind not in _WAITED_FOR:
                 return event
         elif end.ticks is None and engine.next_command is None and engine.rests:
             return None

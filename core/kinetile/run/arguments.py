@@ -20,9 +20,9 @@ from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
 from kinetile.kernel.tables import NOBODY
 from kinetile.run.advance import End
 from kinetile.run.engine.bounds import MOST_FLOWN, unfit_pull
+from kinetile.run.engine.by_hand import command_rows
 from kinetile.run.engine.commands import COMMAND_ROWS, row_of
 from kinetile.run.engine.engine import UNLIMITED, Engine, WatchedContacts
-from kinetile.run.engine.orders import command_rows
 from kinetile.run.prepared import widened
 from kinetile.run.questions.places import MOST_PERIODS, Box, Point
 from kinetile.scene import Insert, Scene

@@ -19,7 +19,7 @@ from kinetile.arrays import Integers
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
 from kinetile.kernel.compiled import compose, disowned, smaller, to_be_filled_in
-from kinetile.kernel.features import MIXED, PAIRS, PASSINGS, PERIODIC, RESTING, WALLED
+from kinetile.kernel.features import PAIRS, PASSINGS, PERIODIC, RESTING, UNEQUAL, WALLED
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
@@ -447,7 +447,7 @@ def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers,
         for pair in range(len(pairs)):
             a = pairs[pair, 0]
             b = pairs[pair, 1]
-            past = not (PERIODIC or MIXED) and bodies[a].last == b and bodies[b].last == a
+            past = not (PERIODIC or UNEQUAL) and bodies[a].last == b and bodies[b].last == a
             if PASSINGS and not PERIODIC:
                 past = past or is_passing(k, a, b, 0, 0)
             if not past:

@@ -17,7 +17,7 @@ from kinetile.kernel.chords import seeing
 from kinetile.kernel.compiled import NOTHING, Hook, compose, is_checked, python_of
 from kinetile.kernel.loop import idle
 from kinetile.kernel.loop.ahead import LARGE_SCENE
-from kinetile.kernel.loop.checked import checked, dissipating, parting
+from kinetile.kernel.loop.checked import checked, dissipating, refusing_approach
 from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
@@ -145,8 +145,8 @@ def read_rules(
     for response, hook in ((one, each.respond) for one, each in zip(meets, parts, strict=True)):
         provided = registry().provided("response", response.name)
         if hook is not None and not provided.built_in:
-            free = "dissipative" not in provided.spec.features or foreign.get(hook) is parting(hook)
-            foreign[hook] = parting(hook) if free else dissipating(hook)
+            free = "dissipative" not in provided.spec.features or foreign.get(hook) is refusing_approach(hook)
+            foreign[hook] = refusing_approach(hook) if free else dissipating(hook)
     return Rules(table, kinds, tuple(hooks), passing, names, foreign)
 
 
@@ -266,11 +266,16 @@ class Composition:
 
     @cached_property
     def find_room(self) -> Callable[..., Any]:
-        """``find_blockers`` for this scene."""
+        """``find_blockers`` for this scene: of insertions. Features that moves alone have are left out, since
+        it is compiled for all phases once."""
         walls = self.wall is not None and self.prepared.arena is not None
-        parts = {"PASSINGS": self.passing, "PERIODIC": bool(self.prepared.periodic), "WALLED": walls}
-        shapes = {"SHAPES": self.gap is not None, "gap": self.gap}
-        return compose(find_blockers, parts | shapes, "room", Kernel)
+        given: dict[str, Any] = {
+            "PASSINGS": self.passing,
+            "PERIODIC": bool(self.prepared.periodic),
+            "WALLED": walls,
+        }
+        given |= {"SHAPES": self.gap is not None, "gap": self.gap}
+        return compose(find_blockers, {**features.NONE, **given}, "room", Kernel)
 
     def features(self, commands: Commands) -> dict[str, Any]:
         """Returns the features of a loop with such commands."""
@@ -281,7 +286,7 @@ class Composition:
             WALLED=self.wall is not None,
             PERIODIC=bool(scene.periodic),
             ACCELERATIONS=scene.bent,
-            MIXED=self.mixed,
+            UNEQUAL=self.mixed,
             RESTING=scene.resting,
             RULES=rules is not None,
             RESPONSES=0 if rules is None else len(rules.hooks),

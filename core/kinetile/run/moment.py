@@ -15,7 +15,7 @@ from kinetile.errors import no_attribute
 from kinetile.kernel.clock import TICKS
 from kinetile.kernel.flight import plans_now, positions_now, whole_pulls
 from kinetile.kernel.plan import AcceleratedPlan, velocities_after
-from kinetile.kernel.tables import THEMSELVES
+from kinetile.kernel.tables import NEGATIVE_PARTNERS
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.ledger import Ledger, RowFunction
 from kinetile.scene import Scene, SetKind
@@ -111,7 +111,7 @@ class Moment:
         if not self.scene.resting:
             return [()] * len(engine.taken)
         bodies = engine.k.bodies.view(np.ndarray)[engine.taken]
-        number = np.append(engine.k.queue.view(np.ndarray)["number"], THEMSELVES)
+        number = np.append(engine.k.queue.view(np.ndarray)["number"], NEGATIVE_PARTNERS)
         held = number.take(np.stack([bodies["support"], bodies["second"]], axis=-1), mode="wrap").tolist()
         return [tuple(two[:many]) for two, many in zip(held, bodies["supports"].tolist(), strict=True)]
 

@@ -38,10 +38,10 @@ from kinetile.run.asked import AskedMoment
 from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
 from kinetile.run.compose import Commands, Composition, Named, compose_phases
+from kinetile.run.engine.by_hand import carry_out, command_rows, insert_those_with_room
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.kept import Kept, unchanged_if
 from kinetile.run.engine.ledger import RowFunction
-from kinetile.run.engine.orders import carry_out, command_rows, insert_those_with_room
 from kinetile.run.engine.state import passings_of
 from kinetile.run.interrupts import Interruptible, Unbroken
 from kinetile.run.moment import Moment, Recorder, told

@@ -9,6 +9,7 @@ start are numbered from 0, and each inserted one has a new number, which is neve
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from enum import Flag, auto
 from typing import Any, NamedTuple, TypeAlias, cast
 
 from kinetile.errors import Mistake, constructed, nearest
@@ -112,51 +113,55 @@ class Move(NamedTuple):
 Command: TypeAlias = Turn | Insert | Remove | Accelerate | SetKind | Move
 
 
+class Does(Flag):
+    """What a command does besides: it brings a body in, or takes one out (both stand in the kernel as well,
+    in ``kernel/loop/commands.py``); a body may be faster after it, at once or by falling from there."""
+
+    NO_MORE = 0
+    BRINGS, TAKES, FASTER, FALLS = auto(), auto(), auto(), auto()
+
+
 class CommandKind(NamedTuple):
     """What commands of a class are called: their ``code`` in the log, their ``word`` in files, the kind of
-    their ``event``, and in words one and many of them. And what they do: what they give to a body, by the key
-    in files, in words and in form; whether they bring a body in, or take one out."""
+    their ``event``, and in words one and many of them. And what they do: what they give to a body that is
+    there, by the key in files, in words and in form; and what they do besides."""
 
     made: Any
     code: int
     word: str
     event: str
     said: tuple[str, str]
-    gives: tuple[str, str, str] | None = None
-    brings: bool = False
-    takes: bool = False
+    gives: tuple[str, str, str] | None
+    does: Does
 
+
+_VELOCITY = ("velocity", "a velocity", "[vx, vy]")
+_PULL = ("acceleration", "an acceleration", "[ax, ay]")
+_KIND = ("kind", "a kind", "the name of a kind")
+_PLACE = ("position", "a position", "[x, y]")
+_CHANGES, _PULLS = ("change of kind", "changes of kind"), ("acceleration", "accelerations")
+_COMES = Does.BRINGS | Does.FASTER | Does.FALLS
 
 COMMAND_KINDS = (
-    CommandKind(Turn, TURNED, "turn", "turn", ("turn", "turns"), ("velocity", "a velocity", "[vx, vy]")),
-    CommandKind(
-        Accelerate,
-        ACCELERATED,
-        "accelerate",
-        "accelerate",
-        ("acceleration", "accelerations"),
-        ("acceleration", "an acceleration", "[ax, ay]"),
-    ),
-    CommandKind(
-        SetKind,
-        OF_KIND,
-        "set-kind",
-        "kind",
-        ("change of kind", "changes of kind"),
-        ("kind", "a kind", "the name of a kind"),
-    ),
-    CommandKind(
-        Move, MOVED, "move", "move", ("move", "moves"), ("position", "a position", "[x, y]"), True, True
-    ),
-    CommandKind(Insert, INSERTED, "insert", "insert", ("insertion", "insertions"), brings=True),
-    CommandKind(Remove, REMOVED, "remove", "remove", ("removal", "removals"), takes=True),
+    CommandKind(Turn, TURNED, "turn", "turn", ("turn", "turns"), _VELOCITY, Does.FASTER),
+    CommandKind(Accelerate, ACCELERATED, "accelerate", "accelerate", _PULLS, _PULL, Does.FASTER | Does.FALLS),
+    CommandKind(SetKind, OF_KIND, "set-kind", "kind", _CHANGES, _KIND, Does.NO_MORE),
+    CommandKind(Move, MOVED, "move", "move", ("move", "moves"), _PLACE, _COMES | Does.TAKES),
+    CommandKind(Insert, INSERTED, "insert", "insert", ("insertion", "insertions"), None, _COMES),
+    CommandKind(Remove, REMOVED, "remove", "remove", ("removal", "removals"), None, Does.TAKES),
 )
-"""All kinds of commands: files, events, saved runs and engines go by this table. What they do is in the
-kernel (``kernel/loop/commands.py``)."""
+"""All kinds of commands: files, events, saved runs and engines go by this table. What they do to a body is in
+the kernel (``kernel/loop/commands.py``)."""
+
+
+def doing(what: Does) -> tuple[CommandKind, ...]:
+    """Returns the kinds of commands that do one of these."""
+    return tuple(each for each in COMMAND_KINDS if each.does & what)
+
 
 OF_CODE = {each.code: each for each in COMMAND_KINDS}
 OF_CLASS = {each.made: each for each in COMMAND_KINDS}
-COME_OR_GO = tuple(each for each in COMMAND_KINDS if each.brings or each.takes)
+COME_OR_GO = doing(Does.BRINGS | Does.TAKES)
 """Those by which bodies come or go."""
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"

@@ -21,6 +21,7 @@ from kinetile_accuracy.specification.arithmetic import (
 from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_face
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
+_OPTIONS = {"e", "contact_time", "settle"}
 LONG_AGO = -(1 << 62)
 LASTING = 2.0**38
 ROUNDED = 2.0**-44
@@ -65,6 +66,11 @@ class Answers:
         other = sorted(used.difference(_KNOWN))
         if other:
             raise Refused(f"the specification has {', '.join(_KNOWN)}, and this scene has {', '.join(other)}")
+        odd = sorted({option for row in self._meets for each in row for option in each.options} - _OPTIONS)
+        if odd:
+            raise Refused(
+                f"the specification has no option {', '.join(odd)} of a response, and this scene has"
+            )
         self.passing = "pass" in used
         first = scene.kind_numbers[0] if len(scene) else 0
         self._kinds = scene.kind_numbers.tolist() + [int(first)] * (count - len(scene))

@@ -16,11 +16,10 @@ from kinetile.arrays import Array
 from kinetile.errors import BadOption, Refused
 from kinetile.instruments import (
     ACCELERATED,
+    COMMAND_KINDS,
     INSERTED,
     MOVED,
-    OF_KIND,
     REANCHORED,
-    REMOVED,
     TURNED,
     Fingerprint,
     digestible,
@@ -43,13 +42,8 @@ _FARTHEST = 20_000
 """Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
 
 _OTHERS = {
-    TURNED: "a turn",
-    ACCELERATED: "another acceleration",
-    OF_KIND: "another kind",
-    MOVED: "the move",
+    **{each.code: f"the {each.said[0]}" for each in COMMAND_KINDS},
     REANCHORED: "the anchoring",
-    INSERTED: "the insertion",
-    REMOVED: "the removal",
     LEAVING: "the leaving",
 }
 

@@ -57,7 +57,7 @@ def thesis(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Do the thesis's benchmark (section 5.3) again, and say which of its statements hold.
+    """Does the thesis's benchmark (section 5.3) again, and say which of its statements hold.
 
     Exit code 1 unless all phases give the same contacts.
 

@@ -28,7 +28,7 @@ def run_study(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Do all tasks of a study that have no row yet; continue where it was stopped.
+    """Does all tasks of a study that have no row yet; continue where it was stopped.
 
     Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
 

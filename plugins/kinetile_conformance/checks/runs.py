@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import kinetile as kt
-from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Simulation
+from kinetile import Accelerate, Insert, Move, Remove, Scene, SetKind, Simulation, Turn
 from kinetile.arrays import Integers
 from kinetile.errors import AuditError, KinetileError, NoRoom, TooThick
 from kinetile.instruments import Command, as_python, first_difference, relabelled, with_commands
@@ -285,6 +285,7 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
     elif isinstance(command, Accelerate):
         sim.set_acceleration(numbers[command.body], command.acceleration)
     else:
+        assert isinstance(command, Turn)
         sim.set_velocity(numbers[command.body], command.velocity)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from kinetile.kernel.compiled import compose
+from kinetile.kernel.features import NONE
 from kinetile.kernel.log import INSERTED, REMOVED, TURNED
 from kinetile.kernel.loop import LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import (
@@ -60,7 +61,7 @@ def test_a_log_is_full_where_there_is_no_room_for_so_many_rows_of_either_kind():
 def test_a_command_waits_for_room_for_all_rows_of_passings_that_it_begins_or_ends():
     k = tables()._replace(commands=record_table(COMMAND, 1), traits=record_table(TRAIT, 3))
     k = k._replace(passings=record_table(PASSING, 9))
-    waiting = compose(must_wait, {"PASSINGS": True}, "waiting", Kernel)
+    waiting = compose(must_wait, {**NONE, "PASSINGS": True}, "waiting", Kernel)
     command, lists = k.commands[0], k.clock[0].lists
     command.body, k.traits[1].inside = 1, 2
     for code, rows in ((REMOVED, 3), (INSERTED, 4), (TURNED, 1)):

@@ -41,7 +41,7 @@ CELLS = 160
 
 @subroutine
 def room(first: int, end: int, value: float, power: int) -> tuple[int, int]:
-    """Return the cells, from the first to before the end, that take a double times 2^``power`` as well,
+    """Returns the cells, from the first to before the end, that take a double times 2^``power`` as well,
     with room for sums, a product with a count of ticks, and carries; an end beyond ``CELLS`` for what is no
     finite number."""
     if value == 0.0:
@@ -54,21 +54,21 @@ def room(first: int, end: int, value: float, power: int) -> tuple[int, int]:
 
 @subroutine
 def clear(m: Cells, row: int, first: int, end: int) -> None:
-    """Make a number 0."""
+    """Makes a number 0."""
     for i in range(row + first, row + end):
         m[i] = 0
 
 
 @subroutine
 def copy(m: Cells, target: int, source: int, first: int, end: int) -> None:
-    """Make a number what another is."""
+    """Makes a number what another is."""
     for i in range(first, end):
         m[target + i] = m[source + i]
 
 
 @subroutine
 def put_count(m: Cells, row: int, count: int) -> None:
-    """Make a number a count of ticks, 0 to 2^62."""
+    """Makes a number a count of ticks, 0 to 2^62."""
     m[row] = count & MASK
     m[row + 1] = (count >> LIMB) & MASK
     m[row + 2] = count >> (2 * LIMB)
@@ -76,7 +76,7 @@ def put_count(m: Cells, row: int, count: int) -> None:
 
 @subroutine
 def put(m: Cells, row: int, value: float, power: int, times: int) -> None:
-    """Add ``times`` times a double times 2^``power`` to a number; ``times`` is whole, below 2^32 in size."""
+    """Adds ``times`` times a double times 2^``power`` to a number; ``times`` is whole, below 2^32 in size."""
     part, exponent = math.frexp(value)
     whole = int(abs(part) * 2.0**53)
     if part < 0.0:
@@ -97,7 +97,7 @@ def put(m: Cells, row: int, value: float, power: int, times: int) -> None:
 def add_product(
     m: Cells, target: int, one: int, first: int, end: int, two: int, start: int, stop: int
 ) -> None:
-    """Add to a number the product of two, of which cells first to end and start to stop are in use."""
+    """Adds to a number the product of two, of which cells first to end and start to stop are in use."""
     for i in range(first, end):
         digit = m[one + i]
         if digit != 0:
@@ -107,7 +107,7 @@ def add_product(
 
 @subroutine
 def carry(m: Cells, row: int, first: int, end: int, by: int) -> int:
-    """Multiply a number by 1 or -1 and make its digits small; return its sign: 1, 0 or -1."""
+    """Multiplies a number by 1 or -1 and make its digits small; returns its sign: 1, 0 or -1."""
     over = 0
     sign = 0
     for i in range(row + first, row + end):
@@ -122,7 +122,7 @@ def carry(m: Cells, row: int, first: int, end: int, by: int) -> int:
 
 @subroutine
 def two_products(m: Cells, row: int, a: int, b: int, way: int, c: int, d: int, first: int, end: int) -> int:
-    """Put a b + c d in a row, or a b - c d where ``way`` is -1 and not 1; return its sign."""
+    """Puts a b + c d in a row, or a b - c d where ``way`` is -1 and not 1; returns its sign."""
     clear(m, row, 2 * first, 2 * end)
     add_product(m, row, c, first, end, d, first, end)
     carry(m, row, 2 * first, 2 * end, way)
@@ -136,7 +136,7 @@ LIMIT = 1 << 62
 
 @hook
 def as_count(ticks: float) -> int:
-    """Return a number of ticks as a whole one from 0 to 2^62, wherever it lies."""
+    """Returns a number of ticks as a whole one from 0 to 2^62, wherever it lies."""
     if not ticks > 0.0:
         return 0
     return int(ticks) if ticks < 2.0**62 else LIMIT
@@ -144,7 +144,7 @@ def as_count(ticks: float) -> int:
 
 @hook
 def narrowed(low: int, high: int, guess: int, stride: int, before: bool) -> tuple[int, int, int, int]:
-    """Return the bounds, the guess and the stride of a search for a last count, after a guess that is before
+    """Returns the bounds, the guess and the stride of a search for a last count, after a guess that is before
     its end or not.
 
     Goes away from the guess by strides that double, then halves what is left.
@@ -160,5 +160,5 @@ def narrowed(low: int, high: int, guess: int, stride: int, before: bool) -> tupl
 
 @hook
 def between(low: int, high: int, guess: int) -> int:
-    """Return a guess between two bounds, or the middle."""
+    """Returns a guess between two bounds, or the middle."""
     return guess if low < guess and guess < high else low + ((high - low) >> 1)

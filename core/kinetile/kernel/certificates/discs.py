@@ -108,8 +108,9 @@ where the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the firs
 *From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact: B
 rises with time, by K a unit, so a slope surely down at t says that B < 0 at the anchor.
 
-*Parting* (``left``) is the first if time is turned round: the slope is negated, and so is the step; no
-other bound changes. A floor below 0 says that both roots are before the anchor: they are apart and rise, 0.
+*Parting* (``filtered_parting``) is the first if time is turned round: the slope is negated, and so is the
+step; no other bound changes. A floor below 0 says that both roots are before the anchor: they are apart and
+rise, 0.
 
 With the image of a period (1') is 2 u^2 m more than (1): in (2) 24 u^2 M, in the square 48, in q 108 u^2 Z,
 and 2^-98 = 256 u^2 is still twice what q can be off by.
@@ -187,7 +188,7 @@ from kinetile.kernel.vectors import product_error
 def gap_at(
     t: float, along_x: Separation, along_y: Separation, reach: float, reach_low: float
 ) -> tuple[float, float, float, float]:
-    """Return q, the squared distance less the squared reach, at a time t after the later anchor; how far it
+    """Returns q, the squared distance less the squared reach, at a time t after the later anchor; how far it
     can be off; minus half its rate, (d.v); and how far that can be off."""
     x, x_rest = after(t, along_x)
     y, y_rest = after(t, along_y)
@@ -211,7 +212,7 @@ def gap_at(
 def newton(
     q: float, q_error: float, slope: float, slope_error: float, speed2: float, per_time: float
 ) -> tuple[float, float, float]:
-    """Return one Newton step from what ``gap_at`` says, in ticks; how far it can end from the root; and how
+    """Returns one Newton step from what ``gap_at`` says, in ticks; how far it can end from the root; and how
     much the path bends: the bound holds where that is below 1/8, and slope > 8 slope_error."""
     inverse = 1.0 / slope
     step = 0.5 * q * inverse
@@ -226,7 +227,7 @@ OPEN = -1
 
 @hook
 def floor_of(ticks: float, step: float, bound: float) -> int:
-    """Return the floor of ``ticks + step``, 0 if it is less, ``NEVER`` from 2^62 on; ``OPEN`` where a whole
+    """Returns the floor of ``ticks + step``, 0 if it is less, ``NEVER`` from 2^62 on; ``OPEN`` where a whole
     tick lies within ``bound``."""
     base = int(ticks)
     part = (ticks - float(base)) + step
@@ -242,7 +243,7 @@ def floor_of(ticks: float, step: float, bound: float) -> int:
 
 @hook
 def about(x: Separation, y: Separation, reach: float) -> float:
-    """Return about when two discs touch, in the unit of d / u."""
+    """Returns about when two discs touch, in the unit of d / u."""
     cross = x.d * y.u - y.d * x.u
     inside = larger(reach * reach * (x.u * x.u + y.u * y.u) - cross * cross, 0.0)
     fall = math.sqrt(inside) - (x.d * x.u + y.d * y.u)
@@ -268,7 +269,7 @@ def one_step(
     loose: float,
     per_time: float,
 ) -> tuple[int, float]:
-    """Return when two discs touch, or part where ``turn`` is -1, by one Newton step from a time t, which is
+    """Returns when two discs touch, or part where ``turn`` is -1, by one Newton step from a time t, which is
     ``ticks``, or ``OPEN``; and how long the step is, in ticks. The error of the slope is ``loose`` more."""
     q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
     slope *= turn
@@ -283,7 +284,7 @@ def one_step(
 
 @hook
 def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> int:
-    """Return when two discs touch, by a separation and a relative velocity, or ``OPEN``."""
+    """Returns when two discs touch, by a separation and a relative velocity, or ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     if have_room(x, y, reach):
         bend, bend_error = along(x, x.u, y, y.u)
@@ -304,8 +305,10 @@ def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_ti
 
 
 @hook
-def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> tuple[int, float]:
-    """Return when two discs part, by a separation and a relative velocity, or ``OPEN``; and about when as a
+def filtered_parting(
+    x: Separation, y: Separation, radius: float, radius2: float, per_time: float
+) -> tuple[int, float]:
+    """Returns when two discs part, by a separation and a relative velocity, or ``OPEN``; and about when as a
     time, to a tick unless it is ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     speed2 = x.u * x.u + y.u * y.u
@@ -326,7 +329,7 @@ def left(x: Separation, y: Separation, radius: float, radius2: float, per_time: 
 
 @hook
 def gap_after(x: Way, y: Way, reach: float, reach_low: float, count: int, tick: float) -> tuple[float, float]:
-    """Return Q after a number of ticks, and how far it can be off."""
+    """Returns Q after a number of ticks, and how far it can be off."""
     t, rest = time_of(count, tick)
     ex, ex_low, x_size = place_at(x, t, rest)
     ey, ey_low, y_size = place_at(y, t, rest)
@@ -345,7 +348,7 @@ UNSURE = 2
 
 @hook
 def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: int) -> int:
-    """Return the sign of Q after a number of ticks, or ``UNSURE``."""
+    """Returns the sign of Q after a number of ticks, or ``UNSURE``."""
     reach, reach_low = plus(radius, radius2)
     q, error = gap_after(x, y, reach, reach_low, count, plans.tick)
     if abs(q) > error:
@@ -358,7 +361,7 @@ def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: 
 
 @subroutine
 def at_whole_tick(plans: Plans, radius: float, radius2: float, turn: int, guess: int) -> int:
-    """Return the tick at which rule 5 holds of Q, or of -Q where ``turn`` is -1, if it is near a guess, or
+    """Returns the tick at which rule 5 holds of Q, or of -Q where ``turn`` is -1, if it is near a guess, or
     ``OPEN``: n is the tick if ``turn`` Q(n) >= 0 > ``turn`` Q(n + 1), Q being convex."""
     x, y = ways(plans)
     sizes = radius + radius2 + (x.size + y.size)
@@ -391,19 +394,19 @@ class Quartic(NamedTuple):
 
 @hook
 def value_at(q: Quartic, t: float) -> float:
-    """Return a quartic at a time."""
+    """Returns a quartic at a time."""
     return (((q.c4 * t + q.c3) * t + q.c2) * t + q.c1) * t + q.c0
 
 
 @hook
 def slope_at(q: Quartic, t: float) -> float:
-    """Return the derivative of a quartic at a time."""
+    """Returns the derivative of a quartic at a time."""
     return ((4.0 * q.c4 * t + 3.0 * q.c3) * t + 2.0 * q.c2) * t + q.c1
 
 
 @hook
 def bend_at(q: Quartic, t: float) -> float:
-    """Return half the second derivative of a quartic at a time."""
+    """Returns half the second derivative of a quartic at a time."""
     return (6.0 * q.c4 * t + 3.0 * q.c3) * t + q.c2
 
 
@@ -411,7 +414,7 @@ def bend_at(q: Quartic, t: float) -> float:
 def gap_of(
     x: Way, y: Way, reach: float, reach_low: float, way: float, tick: float
 ) -> tuple[Quartic, Quartic]:
-    """Return Q times ``way``, 1 or -1, and the sizes."""
+    """Returns Q times ``way``, 1 or -1, and the sizes."""
     q, q_error = gap_after(x, y, reach, reach_low, 0, tick)
     c1 = 2.0 * way * (x.d * x.u + y.d * y.u)
     c2 = way * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
@@ -428,7 +431,7 @@ def gap_of(
 
 @hook
 def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool]:
-    """Return whether two that have just met rise in the tick from a time on, or press on each other; and
+    """Returns whether two that have just met rise in the tick from a time on, or press on each other; and
     whether that is sure. (F1 of the head, and F2, what a tick adds to it, each by ticks.)"""
     end = t + 2.0 * tick
     f2 = 2.0 * bend_at(q, t)
@@ -445,7 +448,7 @@ def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool
 def first_span(
     q: Quartic, m: Quartic, low: float, since: int, about: int, tick: float, per_time: float
 ) -> float:
-    """Return about how many ticks after ``low`` they touch, if they come, or less: the first interval."""
+    """Returns about how many ticks after ``low`` they touch, if they come, or less: the first interval."""
     if about > since:
         return float(about - since)
     if since > 0:
@@ -482,7 +485,7 @@ class Interval(NamedTuple):
 
 @hook
 def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Interval:
-    """Return Q from a time to another one."""
+    """Returns Q from a time to another one."""
     h = hi - lo
     p0 = value_at(q, lo)
     p1 = slope_at(q, lo) * h
@@ -499,7 +502,7 @@ def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Interval:
 
 @hook
 def root_of(piece: Interval) -> tuple[float, float]:
-    """Return where Q is 0 in an interval in which it falls below it, from 0 to 1, and its slope there."""
+    """Returns where Q is 0 in an interval in which it falls below it, from 0 to 1, and its slope there."""
     s = piece.p.c0 / (piece.p.c0 - piece.b4)
     slope = 0.0
     for _ in range(20):
@@ -523,7 +526,7 @@ def tick_in_fall(
     low: float,
     high: float,
 ) -> int:
-    """Return the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks, and below 0 there; by
+    """Returns the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks, and below 0 there; by
     signs at whole ticks: Q >= 0 at ``before``, or nobody asks for what is earlier, and Q < 0 at ``after``."""
     x, y = ways(plans)
     reach, reach_low = plus(radius, radius2)
@@ -550,7 +553,7 @@ def tick_in_fall(
 
 @apart
 def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, about: int, since: int) -> int:
-    """Return the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``turn`` is -1.
+    """Returns the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``turn`` is -1.
 
     Before each interval: rule 5 holds at no tick from ``since`` to ``low``; and ``risen`` says whether ticks
     from ``low`` on count, of two that have met whether Q has risen in one, or they press.
@@ -642,7 +645,7 @@ def is_accelerated(plans: Plans) -> bool:
 
 @subroutine
 def straight_exactly(plans: Plans, radius: float, radius2: float, turn: int, guess: int, since: int) -> int:
-    """Return what ``closely`` does, without accelerations."""
+    """Returns what ``closely`` does, without accelerations."""
     if since >= LIMIT:
         return NEVER
     found = touch_exactly(plans, radius, radius2, turn, Window(since, LIMIT, 1, True), guess)
@@ -651,7 +654,7 @@ def straight_exactly(plans: Plans, radius: float, radius2: float, turn: int, gue
 
 @apart
 def straight_touch(plans: Plans, radius: float, radius2: float, since: int) -> int:
-    """Return what ``touch`` does of two that have not just met, without accelerations."""
+    """Returns what ``touch`` does of two that have not just met, without accelerations."""
     if have_one_velocity(plans):
         return NEVER
     x, y = separations(plans)
@@ -665,7 +668,7 @@ def straight_touch(plans: Plans, radius: float, radius2: float, since: int) -> i
 
 @apart
 def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int, since: int) -> int:
-    """Return how many ticks after the later anchor two discs touch, from ``since`` on, or ``NEVER``.
+    """Returns how many ticks after the later anchor two discs touch, from ``since`` on, or ``NEVER``.
 
     ``met`` is 1 if they have just met. ``about_then``: a lower bound shortly before, or -1; the answer is the
     same.
@@ -679,12 +682,12 @@ def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int
 
 @apart
 def parting(plans: Plans, radius: float, radius2: float, since: int) -> int:
-    """Return how many ticks after the later anchor two discs part, from ``since`` on, or ``NEVER``."""
+    """Returns how many ticks after the later anchor two discs part, from ``since`` on, or ``NEVER``."""
     if not is_accelerated(plans):
         if have_one_velocity(plans):
             return NEVER
         x, y = separations(plans)
-        found, t = left(x, y, radius, radius2, plans.per_time)
+        found, t = filtered_parting(x, y, radius, radius2, plans.per_time)
         guess = as_count(t * plans.per_time + 0.5)
         if found == OPEN:
             found = at_whole_tick(plans, radius, radius2, -1, guess)
@@ -694,7 +697,7 @@ def parting(plans: Plans, radius: float, radius2: float, since: int) -> int:
 
 @hook
 def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
-    """Return what ``touch`` does, without accelerations, of two that have not just met: by one step from a
+    """Returns what ``touch`` does, without accelerations, of two that have not just met: by one step from a
     guess, about how many ticks after the later anchor they touch. Below 0 it is none: then, or if the step
     does not decide, ``touch`` is called."""
     x, y = separations(plans)
@@ -711,8 +714,8 @@ def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
 def accelerated_touch_about(
     plans: Plans, radius: float, radius2: float, met: int, guess: int, since: int
 ) -> int:
-    """Return what ``touch`` does: at once of two with equal accelerations that have just met, and if there is
-    a guess, with which they touch not before ``since``, by one step."""
+    """Returns what ``touch`` does: at once of two with equal accelerations that have just met, and if there
+    is a guess, with which they touch not before ``since``, by one step."""
     x, y = ways(plans)
     if x.b == 0.0 and y.b == 0.0:
         if met > 0:

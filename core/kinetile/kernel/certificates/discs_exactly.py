@@ -76,13 +76,13 @@ MEMORY = OTHER_ROW + 2 * CELLS
 
 @subroutine
 def term(level: int, power: int) -> int:
-    """Return the row of a coefficient of Q, or of its differences."""
+    """Returns the row of a coefficient of Q, or of its differences."""
     return TERMS + 2 * CELLS * (level * (11 - level) // 2 + power)
 
 
 @subroutine
 def sign_at(m: Cells, first: int, end: int, level: int, count: int) -> int:
-    """Return the sign of Q, or of its differences of a level, at a count of ticks."""
+    """Returns the sign of Q, or of its differences of a level, at a count of ticks."""
     put_count(m, N_ROW, count)
     value = VALUE_ROW
     other = OTHER_ROW
@@ -98,8 +98,8 @@ def sign_at(m: Cells, first: int, end: int, level: int, count: int) -> int:
 
 @subroutine
 def change_of(m: Cells, first: int, end: int, level: int, low: int, high: int, guess: int) -> int:
-    """Return the first count after ``low`` at which a monotone sequence is as it is at ``high``: negative, or
-    not; at ``low`` it is otherwise. A guess that is not between them is none."""
+    """Returns the first count after ``low`` at which a monotone sequence is as it is at ``high``: negative,
+    or not; at ``low`` it is otherwise. A guess that is not between them is none."""
     negative = sign_at(m, first, end, level, low) < 0
     stride = 1 if low < guess and guess < high else LIMIT >> 1
     guess = between(low, high, guess)
@@ -111,7 +111,7 @@ def change_of(m: Cells, first: int, end: int, level: int, low: int, high: int, g
 
 @subroutine
 def add_differences(m: Cells, first: int, end: int, level: int) -> None:
-    """Put the coefficients of the differences of a level in their rows."""
+    """Puts the coefficients of the differences of a level in their rows."""
     for power in range(5 - level):
         target = term(level, power)
         times = 1
@@ -125,8 +125,8 @@ def add_differences(m: Cells, first: int, end: int, level: int) -> None:
 
 @subroutine
 def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> int:
-    """Return the first count in a window at which rule 5 holds, after Q has risen; else ``NO_FALL`` if it has
-    risen by the window's end, ``NO_FALL_YET`` if not. It is fast if Q becomes negative near ``guess``."""
+    """Returns the first count in a window at which rule 5 holds, after Q has risen; else ``NO_FALL`` if it
+    has risen by the window's end, ``NO_FALL_YET`` if not. It is fast if Q becomes negative near ``guess``."""
     levels = window.levels
     for level in range(1, larger(levels, 1) + 1):
         add_differences(m, first, end, level)
@@ -177,7 +177,7 @@ def put_axis(
     first: int,
     end: int,
 ) -> None:
-    """Put D, U and H along an axis in three rows, and the rate of the first body's flight in a fourth; the
+    """Puts D, U and H along an axis in three rows, and the rate of the first body's flight in a fourth; the
     count of elapsed ticks is in its row."""
     for row in (place, rate, bend, flown):
         clear(m, row, first, end)
@@ -202,7 +202,7 @@ def put_axis(
 
 @subroutine
 def add_axis(m: Cells, axis: Axis, power: int, first: int, end: int) -> None:
-    """Add the square of a separation along an axis to Q; the count of elapsed ticks is in its row."""
+    """Adds the square of a separation along an axis to Q; the count of elapsed ticks is in its row."""
     put_axis(m, D_ROW, U_ROW, H_ROW, V_ROW, N_ROW, axis, power, first, end)
     for i in range(3):
         one = D_ROW + i * CELLS
@@ -219,7 +219,8 @@ def add_axis(m: Cells, axis: Axis, power: int, first: int, end: int) -> None:
 def room_of_plans(
     plans: Plans, power: int, radius: float, radius2: float, first: int, end: int
 ) -> tuple[int, int]:
-    """Return the cells that two plans and radii need, and those given; an end of 0 where there is no room."""
+    """Returns the cells that two plans and radii need, and those given; an end of 0 where there is no
+    room."""
     first, end = room(first, end, radius, 0)
     first, end = room(first, end, radius2, 0)
     for axis in (plans.x, plans.y):
@@ -235,7 +236,7 @@ def room_of_plans(
 
 @subroutine
 def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, way: int) -> tuple[int, int]:
-    """Put the coefficients of Q, or of -Q where ``way`` is -1, in their rows; return the cells that are in
+    """Puts the coefficients of Q, or of -Q where ``way`` is -1, in their rows; returns the cells that are in
     use, from the first to before the end, or an end of 0 where there is no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
     first, end = room_of_plans(plans, power, radius, radius2, CELLS, 0)
@@ -258,7 +259,7 @@ def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, way: int) 
 
 @subroutine
 def touch_exactly(plans: Plans, radius: float, radius2: float, way: int, window: Window, guess: int) -> int:
-    """Return what ``first_fall`` does of Q, or of -Q where ``way`` is -1."""
+    """Returns what ``first_fall`` does of Q, or of -Q where ``way`` is -1."""
     m = zeros(MEMORY)
     first, end = read_plans(m, plans, radius, radius2, way)
     return first_fall(m, first, end, window, guess) if end > 0 else NO_FALL
@@ -280,7 +281,7 @@ def rises_or_presses(plans: Plans, radius: float, radius2: float, since: int) ->
 def read_gap(
     m: Cells, far: float, near: float, radius: float, slope: float, pull: float, tick: float
 ) -> tuple[int, int]:
-    """Put the coefficients of the gap of ``wall_exactly`` in their rows; return the cells in use, or an
+    """Puts the coefficients of the gap of ``wall_exactly`` in their rows; returns the cells in use, or an
     end of 0 where there is no room."""
     power = int(math.frexp(tick)[1]) - 1
     first, end = room(CELLS, 0, far, 0)
@@ -305,7 +306,7 @@ def read_gap(
 def wall_exactly(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
 ) -> int:
-    """Return the first count of ticks at which rule 5 holds of the gap to a wall, or ``NEVER``."""
+    """Returns the first count of ticks at which rule 5 holds of the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
     first, end = read_gap(m, far, near, radius, slope, pull, tick)
     found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NO_FALL
@@ -314,7 +315,7 @@ def wall_exactly(
 
 @subroutine
 def gap_sign_exactly(gap: float, slope: float, pull: float, tick: float, count: int) -> int:
-    """Return the sign of a gap that widens like this, after a number of ticks; 1 of what has no room."""
+    """Returns the sign of a gap that widens like this, after a number of ticks; 1 of what has no room."""
     m = zeros(MEMORY)
     first, end = read_gap(m, gap, 0.0, 0.0, slope, pull, tick)
     return sign_at(m, first, end, 0, count) if end > 0 else 1

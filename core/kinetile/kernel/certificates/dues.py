@@ -12,14 +12,14 @@ from kinetile.kernel.tables import NEVER, Kernel, Records
 
 
 def no_dues(slots: int, certificates: int) -> Integers:
-    """Return a table for bodies that have up to so many certificates each, filled with ``NEVER``, as it is to
-    be in ``build``. It belongs to the ``ticks`` of a phase."""
+    """Returns a table for bodies that have up to so many certificates each, filled with ``NEVER``, as it is
+    to be in ``build``. It belongs to the ``ticks`` of a phase."""
     return np.full((slots, 2 * max(certificates, 1)), NEVER, np.int64)
 
 
 @hook
 def set_due(k: Kernel, due: Records, body: int, which: int, tick: int) -> None:
-    """Set when certificate ``which``, from 0 on, of a body fails, and ``schedule`` the first of the body's.
+    """Sets when certificate ``which``, from 0 on, of a body fails, and ``schedule`` the first of the body's.
     O(log of how many it has)."""
     at = which + due.shape[1] // 2
     due[body, at] = tick
@@ -31,7 +31,7 @@ def set_due(k: Kernel, due: Records, body: int, which: int, tick: int) -> None:
 
 @hook
 def first_due(due: Records, body: int) -> int:
-    """Return which of a body's certificates fails first: in ``repair`` the one that fails now."""
+    """Returns which of a body's certificates fails first: in ``repair`` the one that fails now."""
     first = due.shape[1] // 2
     at = 1
     while at < first:

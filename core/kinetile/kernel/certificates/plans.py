@@ -51,7 +51,7 @@ def _own(body: Records) -> tuple[float, float]:
 @with_accelerations(_own)
 @hook
 def acceleration_of(body: Records) -> tuple[float, float]:
-    """Return the acceleration of a body's plan: none where the scene has none."""
+    """Returns the acceleration of a body's plan: none where the scene has none."""
     return 0.0, 0.0
 
 
@@ -71,7 +71,7 @@ def are_accelerated(body: Records) -> bool:
 def plans_between(
     k: Kernel, one: Records, two: Records, right: float, up: float, x: float, y: float
 ) -> Plans:
-    """Return the plans of two bodies, the second seen ``right`` and ``up`` periods ``x`` and ``y`` away."""
+    """Returns the plans of two bodies, the second seen ``right`` and ``up`` periods ``x`` and ``y`` away."""
     ax, ay = acceleration_of(one)
     ax2, ay2 = acceleration_of(two)
     along = Axis(one.x, one.vx, ax, two.x, two.vx, ax2, right, x, 0.0, 0.0)
@@ -81,12 +81,13 @@ def plans_between(
 
 @hook
 def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
-    """Return the plans of two bodies, by their records; that of the first is anchored earlier, or as late."""
+    """Returns the plans of two bodies, by their records; that of the first is anchored earlier, or as
+    late."""
     return plans_between(k, one, two, 0.0, 0.0, 0.0, 0.0)
 
 
 @hook
 def plans_through(k: Kernel, one: Records, two: Records, right: float, up: float) -> Plans:
-    """Return the plans of two bodies, the second as its image ``right`` and ``up`` periods away."""
+    """Returns the plans of two bodies, the second as its image ``right`` and ``up`` periods away."""
     torus = k.clock[0].torus
     return plans_between(k, one, two, right, up, torus.x, torus.y)

@@ -21,7 +21,7 @@ from kinetile.kernel.tables import NEVER, Kernel
 
 @apart
 def first_below(gap: float, rate: float, bend: float, start: int, tick: float, per_time: float) -> int:
-    """Return the first count of ticks, from ``start`` (0 to 2^62 - 1) on, at whose end G is below zero;
+    """Returns the first count of ticks, from ``start`` (0 to 2^62 - 1) on, at whose end G is below zero;
     ``NEVER`` if that is not before 2^62, or a number is not finite."""
     below = known = False
     if has_room(abs(gap), rate, bend, tick):
@@ -39,7 +39,7 @@ def first_below(gap: float, rate: float, bend: float, start: int, tick: float, p
 
 @hook
 def falls_bent(k: Kernel, since: int, gap: float, rate: float, bend: float) -> int:
-    """Return the first tick from now on at whose end a quadratic quantity is below zero, or ``NEVER``.
+    """Returns the first tick from now on at whose end a quadratic quantity is below zero, or ``NEVER``.
 
     At tick ``since``, not after now, it is ``gap``, changes by ``rate`` per unit of time, and that by
     ``bend``: at time t later it is gap + rate t + bend t^2 / 2. The tick is exact for these doubles; how far

@@ -113,7 +113,7 @@ class Separation(NamedTuple):
 
 @hook
 def plus(a: float, b: float) -> tuple[float, float]:
-    """Return the rounded sum of two numbers, and exactly what rounding took from it."""
+    """Returns the rounded sum of two numbers, and exactly what rounding took from it."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -121,21 +121,21 @@ def plus(a: float, b: float) -> tuple[float, float]:
 
 @hook
 def flown_for(plans: Plans) -> tuple[float, float]:
-    """Return how long the first body has flown at the later anchor, rounded, and what rounding took off."""
+    """Returns how long the first body has flown at the later anchor, rounded, and what rounding took off."""
     count = float(plans.elapsed)
     return count * plans.tick, float(plans.elapsed - int(count)) * plans.tick
 
 
 @hook
 def less_corner(s: Separation, c: float, c_low: float) -> Separation:
-    """Return a separation less the coordinate of a corner."""
+    """Returns a separation less the coordinate of a corner."""
     d, low = plus(s.d, -c)
     return Separation(d, low + (s.low - c_low), s.size + abs(c), s.u, s.w)
 
 
 @hook
 def seen(axis: Axis, time: float, rest: float) -> Separation:
-    """Return the separation along an axis of two bodies of which the first has flown for ``time + rest``."""
+    """Returns the separation along an axis of two bodies of which the first has flown for ``time + rest``."""
     flown = axis.v * time
     far, far_low = plus(axis.x2, -axis.x)
     moved = 0.0
@@ -154,20 +154,20 @@ def seen(axis: Axis, time: float, rest: float) -> Separation:
 
 @hook
 def separations(plans: Plans) -> tuple[Separation, Separation]:
-    """Return the separations of two bodies along both axes."""
+    """Returns the separations of two bodies along both axes."""
     time, rest = flown_for(plans)
     return seen(plans.x, time, rest), seen(plans.y, time, rest)
 
 
 @hook
 def along(x: Separation, ux: float, y: Separation, uy: float) -> tuple[float, float]:
-    """Return d.u at the later anchor, and how far it can be off."""
+    """Returns d.u at the later anchor, and how far it can be off."""
     return x.d * ux + y.d * uy, 2.0**-50 * (x.size * abs(ux) + y.size * abs(uy)) + TINY
 
 
 @hook
 def after(t: float, s: Separation) -> tuple[float, float]:
-    """Return a separation a time t after the later anchor, rounded, and nearly what rounding took off."""
+    """Returns a separation a time t after the later anchor, rounded, and nearly what rounding took off."""
     flown = s.u * t
     place, rest = plus(s.d, flown)
     return place, rest + (product_error(s.u, t, flown) + (s.low + s.w * t))
@@ -190,21 +190,21 @@ class Way(NamedTuple):
 
 @hook
 def total(a: float, low: float, b: float, low2: float) -> tuple[float, float]:
-    """Return the sum of two sums of two doubles each."""
+    """Returns the sum of two sums of two doubles each."""
     s, rest = plus(a, b)
     return plus(s, rest + (low + low2))
 
 
 @hook
 def times(a: float, low: float, b: float, low2: float) -> tuple[float, float]:
-    """Return the product of two sums of two doubles each."""
+    """Returns the product of two sums of two doubles each."""
     product = a * b
     return plus(product, product_error(a, b, product) + (a * low2 + low * b))
 
 
 @hook
 def way_of(axis: Axis, time: float, rest: float) -> Way:
-    """Return how two bodies move along an axis, of which the first has flown for ``time + rest``."""
+    """Returns how two bodies move along an axis, of which the first has flown for ``time + rest``."""
     gained, gained_low = times(time, rest, axis.a, 0.0)
     u, w = plus(axis.v2, -axis.v)
     u, w = total(u, w, -gained, -gained_low)
@@ -225,21 +225,21 @@ def way_of(axis: Axis, time: float, rest: float) -> Way:
 
 @hook
 def time_of(count: int, tick: float) -> tuple[float, float]:
-    """Return how long a number of ticks is: a rounded time, and what rounding took from it."""
+    """Returns how long a number of ticks is: a rounded time, and what rounding took from it."""
     ticks = float(count)
     return ticks * tick, float(count - int(ticks)) * tick
 
 
 @hook
 def ways(plans: Plans) -> tuple[Way, Way]:
-    """Return how two bodies move along both axes."""
+    """Returns how two bodies move along both axes."""
     time, rest = time_of(plans.elapsed, plans.tick)
     return way_of(plans.x, time, rest), way_of(plans.y, time, rest)
 
 
 @hook
 def place_at(way: Way, t: float, rest: float) -> tuple[float, float, float]:
-    """Return the separation along an axis at a time ``t + rest``, a sum of two doubles, and the size of what
+    """Returns the separation along an axis at a time ``t + rest``, a sum of two doubles, and the size of what
     it is made of."""
     half, half_low = times(t, rest, 0.5 * way.b, 0.5 * way.c)
     half, half_low = total(half, half_low, way.u, way.w)
@@ -250,7 +250,7 @@ def place_at(way: Way, t: float, rest: float) -> tuple[float, float, float]:
 
 @hook
 def grain_of(value: float) -> float:
-    """Return the greatest power of two of which a number is a multiple: infinity for 0."""
+    """Returns the greatest power of two of which a number is a multiple: infinity for 0."""
     if value == 0.0:
         return math.inf
     part, exponent = math.frexp(value)
@@ -260,7 +260,7 @@ def grain_of(value: float) -> float:
 
 @hook
 def grain_at(axis: Axis, elapsed: int, count: int, tick: float) -> float:
-    """Return a power of two of which a separation along an axis is a multiple after a number of ticks; the
+    """Returns a power of two of which a separation along an axis is a multiple after a number of ticks; the
     first body has flown for ``elapsed`` more."""
     grain = smaller(grain_of(axis.x), grain_of(axis.x2))
     grain = smaller(grain, smaller(grain_of(axis.corner), grain_of(axis.corner_low)))

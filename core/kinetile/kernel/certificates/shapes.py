@@ -87,11 +87,11 @@ from kinetile.kernel.certificates.discs import (
     OPEN,
     closely,
     filtered,
+    filtered_parting,
     floor_of,
     have_one_acceleration,
     have_one_velocity,
     is_accelerated,
-    left,
     parting,
     touch,
 )
@@ -159,7 +159,7 @@ from kinetile.kernel.vectors import product_error
 def gap_to_face(
     f: Numbers, face: int, t: float, along_x: Separation, along_y: Separation
 ) -> tuple[float, float]:
-    """Return how far a place is outside the line of a face, moved out by R, at a time t after the later
+    """Returns how far a place is outside the line of a face, moved out by R, at a time t after the later
     anchor, in units of the length of the vector along the face; and how far that can be off."""
     nx = f[face + TY]
     ny = -f[face + TX]
@@ -172,8 +172,8 @@ def gap_to_face(
     mixed = (nx * x_rest + f[face + TY_LOW] * x) + (ny * y_rest - f[face + TX_LOW] * y)
     lost = product_error(nx, x, across) + product_error(ny, y, up)
     size = abs(nx) * (along_x.size + abs(x)) + abs(ny) * (along_y.size + abs(y)) + abs(f[face + FAR_OUT])
-    left = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
-    return left, 2.0**-97 * size + 2.0**-52 * abs(left) + TINY
+    outside = gap + (((both_low + gap_low) + lost) + (mixed - f[face + FAR_LOW]))
+    return outside, 2.0**-97 * size + 2.0**-52 * abs(outside) + TINY
 
 
 @hook
@@ -184,14 +184,14 @@ def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
 
 @hook
 def tick_at_face(f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float) -> int:
-    """Return in which tick after the later anchor a place crosses the line of a face, moved out by R, where
+    """Returns in which tick after the later anchor a place crosses the line of a face, moved out by R, where
     it does at about a time t > 0; ``OPEN`` if that is not sure."""
-    left, error = gap_to_face(f, face, t, x, y)
+    outside, error = gap_to_face(f, face, t, x, y)
     rate = f[face + TX] * y.u - f[face + TY] * x.u
     unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
     ticks = t * per_time
     if abs(rate) > 2.0 * unsure and ticks < FAR:
-        step = left / rate
+        step = outside / rate
         bound = (error + abs(step) * unsure) / (abs(rate) - unsure) * per_time * (1.0 + 2.0**-20)
         step *= per_time
         bound += 2.0**-49 * abs(step) + 2.0**-50
@@ -204,7 +204,7 @@ def tick_at_face(f: Numbers, face: int, t: float, x: Separation, y: Separation, 
 def along_face(
     f: Numbers, row: int, face: int, x: Separation, y: Separation, t: float
 ) -> tuple[float, float]:
-    """Return how far a place is beyond the first and the last corner of a face at a time, along its way."""
+    """Returns how far a place is beyond the first and the last corner of a face at a time, along its way."""
     end = next_corner(f, row, face)
     nx = f[face + NX]
     ny = f[face + NY]
@@ -240,7 +240,7 @@ def is_beside(
 
 @hook
 def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
-    """Return the corner whose disc a place leaves last, or that which it passes nearest."""
+    """Returns the corner whose disc a place leaves last, or that which it passes nearest."""
     reach = f[row + RADIUS]
     speed2 = x.u * x.u + y.u * y.u
     found = row + FIRST_CORNER
@@ -259,7 +259,7 @@ def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
 
 @apart
 def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
-    """Return after how many ticks two convex bodies without accelerations part, or ``OPEN``."""
+    """Returns after how many ticks two convex bodies without accelerations part, or ``OPEN``."""
     x, y = separations(plans)
     per_time = plans.per_time
     count = int(f[row + CORNERS])
@@ -293,7 +293,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
         corner = last_corner(f, row, x, y)
         around_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
         around_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
-        found, t = left(around_x, around_y, reach, f[row + RADIUS_LOW], per_time)
+        found, t = filtered_parting(around_x, around_y, reach, f[row + RADIUS_LOW], per_time)
         if found != OPEN and t > 0.0 and is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t)):
             return found
     return OPEN
@@ -309,21 +309,21 @@ class Approach(NamedTuple):
 
 
 @hook
-def course_of(row: int, plans: Plans) -> Approach:
-    """Return what the measures of two bodies are made of."""
+def approach_of(row: int, plans: Plans) -> Approach:
+    """Returns what the measures of two bodies are made of."""
     x, y = ways(plans)
     return Approach(row, plans, x, y)
 
 
 @hook
 def shifted(axis: Axis, corner: float, low: float) -> Axis:
-    """Return the plans along an axis with the coordinate of a corner taken off the second body's place."""
+    """Returns the plans along an axis with the coordinate of a corner taken off the second body's place."""
     return Axis(axis.x, axis.v, axis.a, axis.x2, axis.v2, axis.a2, axis.turns, axis.period, corner, low)
 
 
 @hook
 def from_corner(f: Numbers, corner: int, plans: Plans) -> Plans:
-    """Return two plans, the place of the second less a corner."""
+    """Returns two plans, the place of the second less a corner."""
     x = shifted(plans.x, f[corner + CX], f[corner + CX_LOW])
     y = shifted(plans.y, f[corner + CY], f[corner + CY_LOW])
     return Plans(x, y, plans.elapsed, plans.tick, plans.per_time)
@@ -331,7 +331,7 @@ def from_corner(f: Numbers, corner: int, plans: Plans) -> Plans:
 
 @subroutine
 def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
-    """Return a measure after a number of ticks, or its rate in the tick that begins there, or twice what it
+    """Returns a measure after a number of ticks, or its rate in the tick that begins there, or twice what it
     bends by, as ``order`` says; and how far that can be off."""
     vx = f[face + TX]
     vx_low = f[face + TX_LOW]
@@ -392,7 +392,7 @@ def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: i
 
 @hook
 def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
-    """Return what ``measured`` does, in doubles."""
+    """Returns what ``measured`` does, in doubles."""
     vx = f[face + TX]
     vy = f[face + TY]
     if kind <= LINE:
@@ -432,7 +432,7 @@ def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
 
 @subroutine
 def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> float:
-    """Return a power of two of which a measure is a multiple after a number of ticks, or its rate without
+    """Returns a power of two of which a measure is a multiple after a number of ticks, or its rate without
     accelerations; or 0."""
     wide = kind == GAP and f[w.row + RADIUS] > 0.0
     if wide or kind == STRIP or kind == AWAY:  # noqa: SIM109 - no tuple in a hook
@@ -455,7 +455,7 @@ def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, 
 
 @subroutine
 def sign_of(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> int:
-    """Return the sign of a measure, of its rate or of its bend, exactly."""
+    """Returns the sign of a measure, of its rate or of its bend, exactly."""
     value, error = roughly(f, w, face, kind, order, count)
     if not abs(value) > error:
         value, error = measured(f, w, face, kind, order, count)
@@ -468,7 +468,8 @@ def sign_of(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
 
 @subroutine
 def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, way: int) -> int:
-    """Return about after how many ticks a measure, times ``way``, falls below 0, or its rate changes sign."""
+    """Returns about after how many ticks a measure, times ``way``, falls below 0, or its rate changes
+    sign."""
     first, _ = roughly(f, w, face, kind, ITSELF, 0)
     rate, _ = roughly(f, w, face, kind, RATE, 0)
     bend, _ = roughly(f, w, face, kind, BEND, 0)
@@ -487,7 +488,7 @@ def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, way: int
 def first_with(
     f: Numbers, w: Approach, face: int, kind: int, order: int, way: int, closed: int, low: int, high: int
 ) -> int:
-    """Return the first count after ``low`` at which a measure or its rate, times ``way``, is below 0, or at
+    """Returns the first count after ``low`` at which a measure or its rate, times ``way``, is below 0, or at
     most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
     stride = 1
     guess = between(low, high, guess_of(f, w, face, kind, order, way))
@@ -499,8 +500,8 @@ def first_with(
 
 @subroutine
 def next_below(f: Numbers, w: Approach, face: int, kind: int, way: int, closed: int, start: int) -> int:
-    """Return the first count from ``start`` on at which a measure, times ``way``, is below 0, or at most 0 if
-    ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
+    """Returns the first count from ``start`` on at which a measure, times ``way``, is below 0, or at most 0
+    if ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
     if way * sign_of(f, w, face, kind, ITSELF, start) < closed:
@@ -518,7 +519,7 @@ def next_below(f: Numbers, w: Approach, face: int, kind: int, way: int, closed: 
 
 @subroutine
 def next_falling(f: Numbers, w: Approach, face: int, kind: int, way: int, start: int) -> int:
-    """Return the first count from ``start`` on at which the rate of a measure, times ``way``, is below 0;
+    """Returns the first count from ``start`` on at which the rate of a measure, times ``way``, is below 0;
     ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
@@ -531,7 +532,7 @@ def next_falling(f: Numbers, w: Approach, face: int, kind: int, way: int, start:
 
 @subroutine
 def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
-    """Return the first count from ``start`` on at which a place is inside the lines of all faces."""
+    """Returns the first count from ``start`` on at which a place is inside the lines of all faces."""
     count = int(f[w.row + CORNERS])
     here = start
     agreed = 0
@@ -548,7 +549,8 @@ def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
 
 @subroutine
 def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -> int:
-    """Return the first count from ``start`` on at which a place is outside a line, or on it if ``closed``."""
+    """Returns the first count from ``start`` on at which a place is outside a line, or on it if
+    ``closed``."""
     found = NEVER
     for k in range(int(f[w.row + CORNERS])):
         face = w.row + FIRST_CORNER + k * WIDE
@@ -567,10 +569,10 @@ def is_inside(f: Numbers, w: Approach, count: int) -> bool:
 
 @subroutine
 def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) -> int:
-    """Return the tick at which a place comes into a difference without a margin, if it is near a guess, or
+    """Returns the tick at which a place comes into a difference without a margin, if it is near a guess, or
     ``NEVER`` where it stays outside of one line, or ``OPEN``. Without accelerations it is inside for one run
     of ticks; ``deep``: at some tick deeper than what is flush."""
-    w = course_of(row, plans)
+    w = approach_of(row, plans)
     for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         rises = sign_of(f, w, face, LINE, RATE, 0) >= 0
         if rises and sign_of(f, w, face, GAP, ITSELF, 0) >= 0:
@@ -602,7 +604,7 @@ class Crossings(NamedTuple):
 def crossings_of(
     f: Numbers, row: int, x: Separation, y: Separation, size: float, doubt: float, slack: float, until: float
 ) -> Crossings:
-    """Return the crossings of all faces; what is outwards after ``until`` does not count."""
+    """Returns the crossings of all faces; what is outwards after ``until`` does not count."""
     into = -math.inf
     into_error = 0.0
     latest = -math.inf
@@ -640,8 +642,8 @@ def crossings_of(
 def enters_at_corner(
     f: Numbers, row: int, corner: int, x: Separation, y: Separation, plans: Plans, doubt: float, slack: float
 ) -> int:
-    """Return after how many ticks a place enters the disc around a corner, of a margin, and that of the strip
-    as well, beyond the faces beside it; or what else ``filtered`` says, or ``OPEN``."""
+    """Returns after how many ticks a place enters the disc around a corner, of a margin, and that of the
+    strip as well, beyond the faces beside it; or what else ``filtered`` says, or ``OPEN``."""
     reach = f[row + RADIUS]
     corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
     corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
@@ -661,7 +663,7 @@ def enters_at_corner(
 
 @apart
 def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
-    """Return after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
+    """Returns after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
     x, y = separations(plans)
     per_time = plans.per_time
     faces = row + FIRST_CORNER
@@ -730,7 +732,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
 
 @subroutine
 def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
-    """Return the sign of how much farther a place is out of the line of a face than of that of another one,
+    """Returns the sign of how much farther a place is out of the line of a face than of that of another one,
     after a number of ticks."""
     t, rest = time_of(count, w.plans.tick)
     px, _, x_size = place_at(w.x, t, rest)
@@ -744,7 +746,7 @@ def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
 
 @subroutine
 def nearest_face(f: Numbers, w: Approach, count: int) -> int:
-    """Return a face whose line a place is farthest out of, or least deep in, after a number of ticks."""
+    """Returns a face whose line a place is farthest out of, or least deep in, after a number of ticks."""
     found = w.row + FIRST_CORNER
     for face in range(found + WIDE, found + int(f[w.row + CORNERS]) * WIDE, WIDE):
         if farther(f, w, face, found, count) > 0:
@@ -754,7 +756,7 @@ def nearest_face(f: Numbers, w: Approach, count: int) -> int:
 
 @subroutine
 def first_nearer(f: Numbers, w: Approach, start: int) -> int:
-    """Return the first tick from ``start`` on in which a place falls towards each of the faces that it is
+    """Returns the first tick from ``start`` on in which a place falls towards each of the faces that it is
     nearest to at ``start``."""
     nearest = nearest_face(f, w, start)
     here = start
@@ -781,7 +783,7 @@ def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
 
 @subroutine
 def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
-    """Return the first count from ``start`` on at which a place is between the two faces at a corner."""
+    """Returns the first count from ``start`` on at which a place is between the two faces at a corner."""
     first = w.row + FIRST_CORNER
     before = corner - WIDE if corner > first else first + (int(f[w.row + CORNERS]) - 1) * WIDE
     here = start
@@ -794,8 +796,8 @@ def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
 
 @subroutine
 def across_corner(f: Numbers, w: Approach, corner: int, kind: int, turn: int, start: int) -> int:
-    """Return the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule 5
-    holds of the disc around it, of the margin that ``kind`` has; or if ``turn`` is -1, of its outside."""
+    """Returns the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule
+    5 holds of the disc around it, of the margin that ``kind`` has; or if ``turn`` is -1, of its outside."""
     own = from_corner(f, corner, w.plans)
     margin, low = margin_of(f, w.row, kind)
     tick = start
@@ -813,7 +815,7 @@ def across_corner(f: Numbers, w: Approach, corner: int, kind: int, turn: int, st
 
 @subroutine
 def across_face(f: Numbers, w: Approach, face: int, kind: int, turn: int, over: int, start: int) -> int:
-    """Return the first tick from ``start`` on at whose end a place is within a margin, ``kind``, of the line
+    """Returns the first tick from ``start`` on at whose end a place is within a margin, ``kind``, of the line
     of a face, and in which it comes nearer; or if ``turn`` is -1, is beyond that and goes away. If ``over``
     is 1, at whose end it is over the face."""
     here = start + 1
@@ -832,7 +834,7 @@ def across_face(f: Numbers, w: Approach, face: int, kind: int, turn: int, over: 
 
 @subroutine
 def across_any(f: Numbers, w: Approach, kind: int, turn: int, start: int) -> int:
-    """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
+    """Returns the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
     a corner that is nearest at its end, or is farther, as ``turn`` says."""
     found = NEVER
     for this in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
@@ -843,7 +845,7 @@ def across_any(f: Numbers, w: Approach, kind: int, turn: int, start: int) -> int
 
 @subroutine
 def counts_after(f: Numbers, w: Approach) -> int:
-    """Return from which tick on two that have just met may meet again (rule 7s)."""
+    """Returns from which tick on two that have just met may meet again (rule 7s)."""
     first = w.row + FIRST_CORNER
     count = int(f[w.row + CORNERS])
     outside = f[w.row + RADIUS] == 0.0
@@ -874,7 +876,7 @@ def counts_after(f: Numbers, w: Approach) -> int:
 
 @subroutine
 def first_visit(f: Numbers, w: Approach, start: int) -> int:
-    """Return the tick of contact where there is no margin, from ``start`` on."""
+    """Returns the tick of contact where there is no margin, from ``start`` on."""
     here = start
     while True:
         begins = first_inside(f, w, GAP, here)
@@ -894,7 +896,7 @@ def first_visit(f: Numbers, w: Approach, start: int) -> int:
 
 @subroutine
 def first_within(f: Numbers, w: Approach, kind: int, start: int) -> int:
-    """Return the first tick from ``start`` on in which a place comes within a margin, ``kind``, of M."""
+    """Returns the first tick from ``start`` on in which a place comes within a margin, ``kind``, of M."""
     found = across_any(f, w, kind, 1, start)
     if f[w.row + CORNERS] > 2.0:
         inside = first_inside(f, w, LINE, start)
@@ -907,7 +909,7 @@ def first_within(f: Numbers, w: Approach, kind: int, start: int) -> int:
 
 @subroutine
 def first_touch(f: Numbers, w: Approach, start: int) -> int:
-    """Return the tick of contact where there is a margin, from ``start`` on."""
+    """Returns the tick of contact where there is a margin, from ``start`` on."""
     here = start
     while True:
         begins = first_within(f, w, GAP, here)
@@ -923,8 +925,8 @@ def first_touch(f: Numbers, w: Approach, start: int) -> int:
 
 @subroutine
 def enters_by_measures(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
-    """Return what ``enters`` does, of a difference that is no point."""
-    w = course_of(row, plans)
+    """Returns what ``enters`` does, of a difference that is no point."""
+    w = approach_of(row, plans)
     start = since
     if met > 0:
         start = larger(start, counts_after(f, w))
@@ -935,8 +937,8 @@ def enters_by_measures(f: Numbers, row: int, plans: Plans, met: int, since: int)
 
 @subroutine
 def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
-    """Return what ``leaves`` does, of a difference that is no point."""
-    w = course_of(row, plans)
+    """Returns what ``leaves`` does, of a difference that is no point."""
+    w = approach_of(row, plans)
     if f[row + RADIUS] > 0.0:
         return across_any(f, w, GAP, -1, since)
     found = NEVER
@@ -947,7 +949,7 @@ def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
 
 @apart
 def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
-    """Return how many ticks after the later anchor two convex bodies touch, from ``since`` on, or ``NEVER``;
+    """Returns how many ticks after the later anchor two convex bodies touch, from ``since`` on, or ``NEVER``;
     ``met`` is 1 if they have just met. ``row`` is where the row of their difference begins in the table
     ``f``."""
     count = int(f[row + CORNERS])
@@ -969,7 +971,7 @@ def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
 
 @apart
 def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
-    """Return how many ticks after the later anchor two convex bodies part that pass through each other, from
+    """Returns how many ticks after the later anchor two convex bodies part that pass through each other, from
     ``since`` on, or ``NEVER``."""
     if f[row + CORNERS] == 1.0:
         own = from_corner(f, row + FIRST_CORNER, plans)
@@ -985,7 +987,7 @@ def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
 
 @apart
 def comes_nearer(f: Numbers, row: int, face: int, plans: Plans) -> int:
-    """Return 1 if a second body comes nearer to a face of a first in the tick after the later anchor,
+    """Returns 1 if a second body comes nearer to a face of a first in the tick after the later anchor,
     exactly; else 0."""
     x = plans.x
     y = plans.y
@@ -997,4 +999,4 @@ def comes_nearer(f: Numbers, row: int, face: int, plans: Plans) -> int:
     size += abs(f[face + TX]) * (abs(y.v2) + half * abs(y.a2) + (abs(y.v) + time * abs(y.a)))
     if abs(across - up) > 2.0**-48 * size + TINY:
         return 1 if across < up else 0
-    return 1 if sign_of(f, course_of(row, plans), face, LINE, RATE, 0) < 0 else 0
+    return 1 if sign_of(f, approach_of(row, plans), face, LINE, RATE, 0) < 0 else 0

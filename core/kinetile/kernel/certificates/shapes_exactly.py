@@ -65,14 +65,15 @@ ITSELF, RATE, BEND = range(3)
 
 @hook
 def next_corner(f: Numbers, row: int, face: int) -> int:
-    """Return the corner at the end of a face."""
+    """Returns the corner at the end of a face."""
     after = face + WIDE
     return after if after < row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE else row + FIRST_CORNER
 
 
 @hook
 def margin_of(f: Numbers, row: int, kind: int) -> tuple[float, float]:
-    """Return how far lines are moved out, a sum of two doubles: by R, or by R' of rule 5s, below 0 for in."""
+    """Returns how far lines are moved out, a sum of two doubles: by R, or by R' of rule 5s, below 0 for
+    in."""
     if kind == GAP:
         return f[row + RADIUS], f[row + RADIUS_LOW]
     return f[row + RADIUS] - f[row + FLUSH], 0.0
@@ -82,7 +83,7 @@ def margin_of(f: Numbers, row: int, kind: int) -> tuple[float, float]:
 def difference_of(
     m: Cells, target: int, from_row: int, value: float, low: float, first: int, end: int
 ) -> None:
-    """Make a number another one less a sum of two doubles."""
+    """Makes a number another one less a sum of two doubles."""
     copy(m, target, from_row, first, end)
     put(m, target, value, 0, -1)
     put(m, target, low, 0, -1)
@@ -91,14 +92,14 @@ def difference_of(
 
 @subroutine
 def from_corner(m: Cells, f: Numbers, corner: int, x: int, y: int, first: int, end: int) -> None:
-    """Put a place, less a corner, in two rows."""
+    """Puts a place, less a corner, in two rows."""
     difference_of(m, AX, x, f[corner + CX], f[corner + CX_LOW], first, end)
     difference_of(m, AY, y, f[corner + CY], f[corner + CY_LOW], first, end)
 
 
 @subroutine
 def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
-    """Put the vector along a face in the rows ``WAY_X`` and ``WAY_Y``."""
+    """Puts the vector along a face in the rows ``WAY_X`` and ``WAY_Y``."""
     for row, at, low in ((WAY_X, TX, TX_LOW), (WAY_Y, TY, TY_LOW)):
         clear(m, row, first, end)
         put(m, row, f[face + at], 0, 1)
@@ -108,20 +109,20 @@ def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
 
 @subroutine
 def dot(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
-    """Put the scalar product of two vectors in a row; return its sign."""
+    """Puts the scalar product of two vectors in a row; returns its sign."""
     return two_products(m, target, ax, bx, 1, ay, by, first, end)
 
 
 @subroutine
 def cross(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
-    """Put the cross product of two vectors in a row; return its sign."""
+    """Puts the cross product of two vectors in a row; returns its sign."""
     return two_products(m, target, ax, by, -1, ay, bx, first, end)
 
 
 @subroutine
 def is_nearer(m: Cells, first: int, end: int) -> int:
-    """Return the sign of how much nearer a place in M is to the line of a face (``GAP_OF``, ``LENGTH2``) than
-    to that of another one (``LEAST_GAP``, ``LEAST_LENGTH2``): of g'^2 n.n - g^2 n'.n'."""
+    """Returns the sign of how much nearer a place in M is to the line of a face (``GAP_OF``, ``LENGTH2``)
+    than to that of another one (``LEAST_GAP``, ``LEAST_LENGTH2``): of g'^2 n.n - g^2 n'.n'."""
     clear(m, SIXES, 6 * first, 6 * end)
     for gap, length2, sign in ((GAP_OF, LEAST_LENGTH2, -1), (LEAST_GAP, LENGTH2, 1)):
         clear(m, FOURS, 4 * first, 4 * end)
@@ -134,7 +135,7 @@ def is_nearer(m: Cells, first: int, end: int) -> int:
 
 @subroutine
 def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
-    """Make numbers of two paths and of a row; return the cells that are in use; an end of 0: no room."""
+    """Makes numbers of two paths and of a row; returns the cells that are in use; an end of 0: no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
     first, end = room(CELLS, 0, f[row + ALL_SIZES], 0)
     first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
@@ -148,7 +149,7 @@ def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
 
 @subroutine
 def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
-    """Put the separation after a number of ticks, what a tick then adds to it, or what that bends by, in the
+    """Puts the separation after a number of ticks, what a tick then adds to it, or what that bends by, in the
     rows ``AX`` and ``AY``."""
     put_count(m, COUNT_ROW, count)
     for target, place, step, bend in ((AX, DX, UX, HX), (AY, DY, UY, HY)):
@@ -169,7 +170,8 @@ def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
 
 @subroutine
 def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int) -> int:
-    """Return the sign of a square of a gap, less that of a width times the length of the vector of a face."""
+    """Returns the sign of a square of a gap, less that of a width times the length of the vector of a
+    face."""
     clear(m, WIDTH, first, end)
     put(m, WIDTH, width, 0, 1)
     put(m, WIDTH, low, 0, 1)
@@ -183,7 +185,7 @@ def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int)
 
 @apart
 def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: Plans, count: int) -> int:
-    """Return the sign of a measure, of its rate or of its bend; 1 of what has no room."""
+    """Returns the sign of a measure, of its rate or of its bend; 1 of what has no room."""
     m = zeros(WHOLE)
     first, end = read_in(m, f, row, plans)
     if end == 0:
@@ -215,7 +217,7 @@ def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: 
 
 @apart
 def farther_out(f: Numbers, row: int, face: int, other: int, plans: Plans, count: int) -> int:
-    """Return the sign of how much farther a place is out of the line of a face than of that of another one,
+    """Returns the sign of how much farther a place is out of the line of a face than of that of another one,
     after a number of ticks; 0 of what has no room."""
     m = zeros(WHOLE)
     first, end = read_in(m, f, row, plans)

@@ -35,7 +35,7 @@ FAR = 2.0**62
 
 @hook
 def schedule(k: Kernel, body: int, tick: int) -> None:
-    """Set when a body's structural certificate fails; ``NEVER``: it does not. O(1).
+    """Sets when a body's structural certificate fails; ``NEVER``: it does not. O(1).
 
     A body has one. A phase that has several for it schedules the first of them to fail. The body is filed in
     the queue when the hook has returned.
@@ -55,7 +55,7 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
 
 @hook
 def to_be_settled(k: Kernel, body: int, newcomer: int) -> None:
-    """Leave a body to be settled after the hook, with a newcomer near it, or NOBODY."""
+    """Leaves a body to be settled after the hook, with a newcomer near it, or NOBODY."""
     lists = k.clock[0].lists
     if lists.offered < len(k.offers):
         k.offers[lists.offered].a = body
@@ -65,7 +65,7 @@ def to_be_settled(k: Kernel, body: int, newcomer: int) -> None:
 
 @hook
 def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
-    """Return the tick at which a linear quantity falls below zero, or ``NEVER``.
+    """Returns the tick at which a linear quantity falls below zero, or ``NEVER``.
 
     ``gap`` is its value at tick ``since``, ``rate`` its change per unit of time; ``since`` must be the later
     of the anchors of the bodies involved. A quantity that falls through zero before now fails now. One that
@@ -92,7 +92,8 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
 
 @hook
 def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
-    """Return what ``falls`` does, to the tick, in each of eight lanes. With no gap and no rate: ``NEVER``."""
+    """Returns what ``falls`` does, to the tick, in each of eight lanes. With no gap and no rate:
+    ``NEVER``."""
     clock = k.clock[0]
     counts = k.counts[0]
     zero = spread(0.0)
@@ -128,7 +129,7 @@ NEWTON_STEPS = 3
 
 @hook
 def steepest(length: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Floats:
-    """Return how much, at most, a polynomial rises in a length above what it begins at, if it went on as it
+    """Returns how much, at most, a polynomial rises in a length above what it begins at, if it went on as it
     does where it is steepest.
 
     On [0, length] it lies within the hull of its five Bernstein coefficients, at 0, 1/4, ... 1. So it is
@@ -151,7 +152,7 @@ def steepest(length: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> 
 def seen_from(
     t: Floats, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return how far a polynomial is below zero at a time, almost nothing if it is not, and its terms from
+    """Returns how far a polynomial is below zero at a time, almost nothing if it is not, and its terms from
     there on but for the last, which stays the same."""
     tt = t * t
     m = spread(0.0) - ((g0 + g1 * t) + tt * ((g2 + g3 * t) + tt * g4))
@@ -170,7 +171,7 @@ def first_rise(
     g4: Floats,
     scale: Floats,
 ) -> Ticks:
-    """Return a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
+    """Returns a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
     lanes; t is the time since now in units of the clock, 2^52 ticks.
 
     It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
@@ -221,14 +222,14 @@ def first_rise(
 
 @hook
 def ticks_after(k: Kernel, since: int, delay: float) -> int:
-    """Return the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down: so a
-    contact is met from outside. A delay that is not a number, or too far to predict, is ``NEVER``."""
+    """Returns the tick that lies ``delay`` >= 0 (in the scene's time) after tick ``since``, rounded down: so
+    a contact is met from outside. A delay that is not a number, or too far to predict, is ``NEVER``."""
     ticks = delay * k.clock[0].per_time
     return since + int(math.floor(ticks)) if ticks < FAR else NEVER
 
 
 def falls_many(k: Kernel, since: Integers, gap: Doubles, rate: Doubles) -> Integers:
-    """Return what ``falls`` does, for many at once: for audits, not for hooks."""
+    """Returns what ``falls`` does, for many at once: for audits, not for hooks."""
     clock = k.clock[0]
     limits = clock.limits
     with np.errstate(all="ignore"):

@@ -48,7 +48,7 @@ def has_room(sizes: float, slope: float, pull: float, tick: float) -> bool:
 def reaches(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, per_time: float
 ) -> int:
-    """Return after how many ticks a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens at
+    """Returns after how many ticks a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens at
     the speed ``slope``, by ``pull`` faster after a unit of time.
 
     ``tick`` is the length of one, a power of two, and ``per_time`` its inverse.
@@ -123,7 +123,7 @@ def reaches(
 @unchecked
 @hook
 def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
-    """Return whether a body is within the arena's edges at a tick, by more than its radius and all rounding:
+    """Returns whether a body is within the arena's edges at a tick, by more than its radius and all rounding:
     where the walls are at these edges, it reaches none up to then."""
     limits = k.clock[0].limits
     x, y = position_at(k, body, tick)
@@ -133,7 +133,7 @@ def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
 
 @hook
 def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
-    """Return whether a body has reached neither wall at the ends of an axis, by its place and velocity. It
+    """Returns whether a body has reached neither wall at the ends of an axis, by its place and velocity. It
     falls to one of them, and so has not been there if it is not now; it has not been
     at the other if it still rises, or if the vertex of its parabola is before that."""
     below = place - edge if pull < 0.0 else side - edge - place
@@ -147,7 +147,7 @@ def away_from_walls(place: float, speed: float, pull: float, side: float, edge: 
 @unchecked
 @hook
 def inside_bent(k: Kernel, body: Records, tick: int) -> bool:
-    """Return the same of a body with an acceleration."""
+    """Returns the same of a body with an acceleration."""
     clock = k.clock[0]
     limits = clock.limits
     x, y = position_at(k, body, tick)

@@ -81,8 +81,9 @@ def compose(
     """Returns ``template`` with ``parts`` in place of its global names: one function a process.
 
     ``template`` is a plain function; ``parts`` maps names it uses, itself or in a ``template`` that it calls,
-    to hooks and constants; ``label`` names the choice of phases in the cache. The result runs as Python until
-    that has taken a second, is compiled then, and its machine code is kept on disk.
+    to hooks and constants, among them every feature that these name; ``label`` names the choice of phases in
+    the cache. The result runs as Python until that has taken a second, is compiled then, and its machine code
+    is kept on disk.
     """
     key = (template, label, state, *sorted(parts.items(), key=lambda part: part[0]))
     if key not in _composed:
@@ -111,15 +112,17 @@ def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
     """Returns a function with parts in place of its global names, and of those of the templates it calls."""
-    features = {name: 0 for name, value in source.__globals__.items() if isinstance(value, Feature)}
-    names = {**source.__globals__, **features, **parts}
+    names = {**source.__globals__, **parts}
     function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
     function.__module__ = source.__module__
     function.__qualname__ = source.__qualname__
     function.__doc__ = source.__doc__
     for name in source.__code__.co_names:
         value: Any = names.get(name)
-        if hasattr(value, "feature") and not parts.get(value.feature):
+        feature = value.name if isinstance(value, Feature) else getattr(value, "feature", None)
+        if feature is not None and feature not in parts:
+            raise TypeError(f"{source.__name__} is composed without a value of {feature}")
+        if hasattr(value, "feature") and not parts[value.feature]:
             names[name] = NOTHING[python_of(value).__code__.co_argcount]
         elif getattr(value, "is_template", False):
             if name not in made:

@@ -34,8 +34,8 @@ soon = to_be_filled_in
 
 @template
 def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int, int, int]:
-    """Let the scout go on by a slice if the calendar has, since it was at ``seen``; return where that is now,
-    the slice of the scout, and how many bodies it has found."""
+    """Lets the scout go on by a slice if the calendar has, since it was at ``seen``; returns where that is
+    now, the slice of the scout, and how many bodies it has found."""
     day = k.clock[0].calendar.slice
     if day == seen:
         return seen, scout, turn
@@ -53,7 +53,7 @@ def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int
 
 @template
 def fetch_two(k: Kernel, s: Any, a: int, b: int) -> None:
-    """Prefetch the plans of two bodies that may meet next, and what the first stage does, all at once: else
+    """Prefetches the plans of two bodies that may meet next, and what the first stage does, all at once: else
     a load would find the elder, the next one its plan, and a third one, after the contact, its home."""
     if not AHEAD:
         prefetch(k.bodies, a)
@@ -64,8 +64,9 @@ def fetch_two(k: Kernel, s: Any, a: int, b: int) -> None:
 
 @template
 def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
-    """Do the first stage for a body, and one stage each for bodies that were found before, and for partners.
-    Which bodies await one is as good as random: so there is no branch, and one without stands in for it.
+    """Does the first stage for a body, and one stage each for bodies that were found before, and for
+    partners. Which bodies await one is as good as random: so there is no branch, and one without stands in
+    for it.
     """
     found = k.found
     found[turn & (FOUND - 1)].body = body
@@ -88,7 +89,7 @@ def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
 
 @template
 def _fetch(k: Kernel, body: int) -> None:
-    """Prefetch what the kernel itself has of a body."""
+    """Prefetches what the kernel itself has of a body."""
     prefetch(k.queue, body)
     prefetch(k.bodies, body)
     prefetch(k.places, body)
@@ -101,6 +102,6 @@ def _fetch(k: Kernel, body: int) -> None:
 @only_with(AHEAD)
 @template
 def fetch_ring(k: Kernel, body: int) -> None:
-    """Prefetch the ring in which a body will be filed, unless a wall comes first."""
+    """Prefetches the ring in which a body will be filed, unless a wall comes first."""
     entry = k.queue[body]
     prefetch(k.rings, ring_of(k, smaller(entry.own, entry.tick) >> k.clock[0].calendar.shift))

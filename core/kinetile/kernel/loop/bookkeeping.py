@@ -24,12 +24,12 @@ def _note_pull(body: Records, row: Records) -> None:
 @with_accelerations(_note_pull)
 @hook
 def note_pull(body: Records, row: Records) -> None:
-    """Write the acceleration of a body into a row, in the place of a second body's position."""
+    """Writes the acceleration of a body into a row, in the place of a second body's position."""
 
 
 @hook
 def log(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Log an event of the body in slot a, and of the one in slot b or what a number below 0 means."""
+    """Logs an event of the body in slot a, and of the one in slot b or what a number below 0 means."""
     first = k.queue[a].number
     second = k.queue[b].number if b >= 0 else b
     k.counts[0].logged += 1
@@ -53,7 +53,7 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Log that the bodies in two slots begin to pass through each other, the elder given first, or end to,
+    """Logs that the bodies in two slots begin to pass through each other, the elder given first, or end to,
     the younger first. No plan changes, so the long row has none."""
     first = k.queue[a].number
     second = k.queue[b].number
@@ -67,7 +67,7 @@ def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def _next_row(k: Kernel, tick: int, first: int, second: int) -> Records:
-    """Begin a row of the log of events: the tick and two numbers."""
+    """Begins a row of the log of events: the tick and two numbers."""
     lists = k.clock[0].lists
     row = k.log[lists.written]
     lists.written += 1
@@ -79,7 +79,7 @@ def _next_row(k: Kernel, tick: int, first: int, second: int) -> Records:
 
 @hook
 def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
-    """Write the row of a contact for the digest: the bodies, by numbers, and the tick."""
+    """Writes the row of a contact for the digest: the bodies, by numbers, and the tick."""
     clock = k.clock[0]
     lists = clock.lists
     met = k.met[lists.logged]
@@ -106,7 +106,7 @@ a wall has one flag for each side, from the left one on."""
 
 @hook
 def flag_of(first: int, second: int) -> int:
-    """Return the flag of a contact of two numbers, as the log has them: the end of a passing has the younger
+    """Returns the flag of a contact of two numbers, as the log has them: the end of a passing has the younger
     body first."""
     if second < 0:
         return int(1 << (LEFT - second))
@@ -143,7 +143,7 @@ def is_watched(k: Kernel, a: int, b: int) -> bool:
 
 @hook
 def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Write down at what the loop stops: by numbers, the younger first where a passing ends."""
+    """Writes down at what the loop stops: by numbers, the younger first where a passing ends."""
     stops = k.clock[0].stops
     stops.due = 1
     stops.row = k.clock[0].lists.logged - 1
@@ -165,14 +165,14 @@ def _pull(plan: Records) -> float:
 @with_accelerations(_pull)
 @hook
 def _pull_on(plan: Records) -> float:
-    """Return a bound of the present acceleration of a body."""
+    """Returns a bound of the present acceleration of a body."""
     return 0.0
 
 
 @hook
 def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
-    """Report a jam if a window of contacts, the last of them that of a and b, took so few ticks; a squeeze if
-    one of the two shows it: the first of the fault. Return whether to look at the next contact too.
+    """Reports a jam if a window of contacts, the last of them that of a and b, took so few ticks; a squeeze
+    if one of the two shows it: the first of the fault. Returns whether to look at the next contact too.
 
     In a jam each takes less than 1e-13 of the smallest radius of flight, at the speed of the fastest body. In
     a squeeze, between immovable bodies that close in, or one and a wall, flights become short much later,
@@ -233,7 +233,7 @@ def _has_command(k: Kernel, tick: int) -> bool:
 
 @hook
 def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Count what has happened at a tick, see whether it is the first that is watched, and look for jams."""
+    """Counts what has happened at a tick, see whether it is the first that is watched, and look for jams."""
     clock = k.clock[0]
     jam = clock.jam
     stops = clock.stops
@@ -252,7 +252,7 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: float, slack: float) -> None:
-    """Keep the readings of a contact and look for jams and for overlaps that rounding does not explain."""
+    """Keeps the readings of a contact and look for jams and for overlaps that rounding does not explain."""
     counts = k.counts[0]
     counts.deepest = larger(counts.deepest, depth / radius)
     if not depth <= k.clock[0].limits.tolerance + 1e-9 * slack:

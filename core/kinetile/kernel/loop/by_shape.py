@@ -27,13 +27,13 @@ def all_numbers(takes: Integers, numbers: list[Doubles | None]) -> Doubles:
 
 @hook
 def takes(k: Kernel, one: int, other: int) -> int:
-    """Return which phase takes two shapes."""
+    """Returns which phase takes two shapes."""
     return int(k.numbers[1 + one * int(k.numbers[0]) + other])
 
 
 @hook
 def takes_bodies(k: Kernel, a: int, b: int) -> int:
-    """Return which phase takes the shapes of two bodies."""
+    """Returns which phase takes the shapes of two bodies."""
     return takes(k, k.bodies[a].form, k.bodies[b].form)
 
 

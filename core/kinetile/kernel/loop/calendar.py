@@ -56,7 +56,7 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
 
 
 def rank(number: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
-    """Return a tuple in the order of ``precedes``, of a body's number and its partner's; not for hooks."""
+    """Returns a tuple in the order of ``precedes``, of a body's number and its partner's; not for hooks."""
     pair = (min(number, partner), max(number, partner)) if kind == PAIR else (number, number)
     return (key, kind, *pair, number)
 
@@ -69,7 +69,7 @@ def ring_of(k: Kernel, day: int) -> int:
 
 @hook
 def _link(k: Kernel, before: int, body: int, after: int) -> None:
-    """Put a body between two links: a body or a ring (``~ring``), and a body or the end."""
+    """Puts a body between two links: a body or a ring (``~ring``), and a body or the end."""
     links = k.links
     links[body].next = after
     links[body].prev = before
@@ -82,7 +82,7 @@ def _link(k: Kernel, before: int, body: int, after: int) -> None:
 
 @hook
 def _file(k: Kernel, body: int, key: int) -> None:
-    """Put a body into the ring of its slice: first, or in order in the ring of the slice that the calendar
+    """Puts a body into the ring of its slice: first, or in order in the ring of the slice that the calendar
     has reached. Filed before that slice, it lets the calendar go back to the one before, and reach it again.
     """
     calendar = k.clock[0].calendar
@@ -103,7 +103,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
 
 @hook
 def _take_out(k: Kernel, body: int) -> None:
-    """Take a body out of its ring."""
+    """Takes a body out of its ring."""
     links = k.links
     after = np.int64(links[body].next)
     before = np.int64(links[body].prev)
@@ -118,7 +118,7 @@ def _take_out(k: Kernel, body: int) -> None:
 
 @hook
 def move(k: Kernel, body: int, key: int) -> None:
-    """File a body under another tick; ``NEVER`` takes it out of the calendar. O(1)."""
+    """Files a body under another tick; ``NEVER`` takes it out of the calendar. O(1)."""
     entry = k.queue[body]
     before = entry.key
     if before < TAKEN_OUT:
@@ -136,7 +136,7 @@ def move(k: Kernel, body: int, key: int) -> None:
 
 @hook
 def forget(k: Kernel, h: int) -> None:
-    """Clear what an entry says of contacts, before all that is near is looked at. It awaits nothing, and is
+    """Clears what an entry says of contacts, before all that is near is looked at. It awaits nothing, and is
     out of the calendar until it is settled; but it counts as queued all the while."""
     entry = k.queue[h]
     if entry.key < TAKEN_OUT:
@@ -150,7 +150,7 @@ def forget(k: Kernel, h: int) -> None:
 
 @hook
 def _put_in_order(k: Kernel, ring: int) -> None:
-    """Put the bodies of a ring in order, by insertion from its begin: what is filed late, and so is first
+    """Puts the bodies of a ring in order, by insertion from its begin: what is filed late, and so is first
     here, comes late in most rings."""
     links = k.links
     last = int(np.int64(k.rings[ring]))
@@ -173,7 +173,7 @@ def _put_in_order(k: Kernel, ring: int) -> None:
 
 @hook
 def file_all(k: Kernel) -> None:
-    """File all bodies by their keys, in slices of the present length. O(n)."""
+    """Files all bodies by their keys, in slices of the present length. O(n)."""
     clock = k.clock[0]
     calendar = clock.calendar
     calendar.filed = 1
@@ -189,7 +189,7 @@ def file_all(k: Kernel) -> None:
 
 @hook
 def next_marked(k: Kernel, day: int) -> int:
-    """Return the first slice from ``day`` on that is not empty; a year later if none is."""
+    """Returns the first slice from ``day`` on that is not empty; a year later if none is."""
     ring = ring_of(k, day)
     word = ring >> 6
     bits = k.marks[word] >> (ring & 63) << (ring & 63)
@@ -205,7 +205,7 @@ def next_marked(k: Kernel, day: int) -> int:
 
 @hook
 def head(k: Kernel) -> int:
-    """Return the body that comes next, or NOBODY; the slice sought in becomes its slice."""
+    """Returns the body that comes next, or NOBODY; the slice sought in becomes its slice."""
     clock = k.clock[0]
     calendar = clock.calendar
     queue = k.queue
@@ -235,7 +235,7 @@ def head(k: Kernel) -> int:
 
 @hook
 def runner_up(k: Kernel, first: int, partner: int) -> int:
-    """Return a tick before which nothing happens but to the head and its partner: the next entry of the
+    """Returns a tick before which nothing happens but to the head and its partner: the next entry of the
     slice, or the end of the slice."""
     end = (k.clock[0].calendar.slice + 1) << k.clock[0].calendar.shift
     second = k.links[first].next
@@ -270,7 +270,7 @@ walls are looked at once when a guess is filed, and not again when its contact i
 
 @template
 def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
-    """Return what ``wall_is_before`` does, for a body that is filed."""
+    """Returns what ``wall_is_before`` does, for a body that is filed."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED and tick - SOON <= entry.key:
         return False
@@ -278,8 +278,8 @@ def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
 
 
 @template
-def settle(k: Kernel, h: int) -> None:
-    """File a body under the first of what awaits it."""
+def refile(k: Kernel, h: int) -> None:
+    """Files a body under the first of what awaits it."""
     entry = k.queue[h]
     key = entry.own
     kind = STRUCTURAL

@@ -32,7 +32,7 @@ from kinetile.kernel.tables import (
 
 @cache
 def checked(name: str, function: Hook) -> Hook:
-    """Return a hook as the loop calls it, by its name in the loop; the same one for the same hook."""
+    """Returns a hook as the loop calls it, by its name in the loop; the same one for the same hook."""
     if name in ("near", "repair"):
         return _naming(function)
     return _bounding(function) if name == "soonest" else function
@@ -85,13 +85,13 @@ units of the clock, while the fastest cross the scene in one."""
 
 @hook
 def _size(k: Kernel, body: int) -> float:
-    """Return the sum of the sizes of a body's velocity along x and y."""
+    """Returns the sum of the sizes of a body's velocity along x and y."""
     return float(abs(k.bodies[body].vx) + abs(k.bodies[body].vy))
 
 
 @hook
 def _refuse(k: Kernel, fault: int, a: int, b: int) -> None:
-    """Blame a response, and exchange velocities with ``k.places``, which has those before the contact."""
+    """Blames a response, and exchange velocities with ``k.places``, which has those before the contact."""
     blame(k, fault, a, b)
     for body in (a, b):
         if body >= 0:
@@ -102,8 +102,8 @@ def _refuse(k: Kernel, fault: int, a: int, b: int) -> None:
 
 
 @cache
-def parting(function: Hook) -> Hook:
-    """Return the hook of a response as the loop calls it: it is a fault if what meets then closes in still,
+def refusing_approach(function: Hook) -> Hook:
+    """Returns the hook of a response as the loop calls it: it is a fault if what meets then closes in still,
     two bodies by more than rounding explains, and a body and a wall, which are not barred, at all."""
     given = with_numpy(function) if is_checked(function) else function
 
@@ -126,7 +126,7 @@ def parting(function: Hook) -> Hook:
 
 @hook
 def _energy(k: Kernel, a: int, b: int, x: float, y: float) -> float:
-    """Return twice the energy of two bodies of finite mass as one that moves with (x, y) sees it."""
+    """Returns twice the energy of two bodies of finite mass as one that moves with (x, y) sees it."""
     found = 0.0
     for body in (a, b):
         if k.mass[body] < math.inf:
@@ -136,9 +136,9 @@ def _energy(k: Kernel, a: int, b: int, x: float, y: float) -> float:
 
 @cache
 def dissipating(function: Hook) -> Hook:
-    """Return the hook of a response that is dissipative as the loop calls it: as ``parting``, and it is a
-    fault if it adds energy, as an immovable one of the two sees it."""
-    given = parting(function)
+    """Returns the hook of a response that is dissipative as the loop calls it: as ``refusing_approach``, and
+    it is a fault if it adds energy, as an immovable one of the two sees it."""
+    given = refusing_approach(function)
 
     @unchecked
     @hook

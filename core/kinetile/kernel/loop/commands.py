@@ -54,7 +54,7 @@ from kinetile.kernel.log import (
 )
 from kinetile.kernel.loop import CROWDED, LOG_FULL, NO_REASON
 from kinetile.kernel.loop.bookkeeping import log, log_is_full
-from kinetile.kernel.loop.calendar import forget, move, settle
+from kinetile.kernel.loop.calendar import forget, move, refile
 from kinetile.kernel.loop.responses import (
     ROOM,
     begin_with_all,
@@ -98,7 +98,7 @@ def takes(code: int) -> bool:
 
 @hook
 def plan_changed(k: Kernel, body: int) -> None:
-    """Make void what other entries say of a body with a new plan."""
+    """Makes void what other entries say of a body with a new plan."""
     k.stamps[body] += 1
     k.queue[body].wall = NOT_ASKED
     note_place(k, body)
@@ -106,14 +106,14 @@ def plan_changed(k: Kernel, body: int) -> None:
 
 @template
 def renew_plan(k: Kernel, body: int) -> None:
-    """Make void what depends on the old plan of a body that goes on: other entries, and its partings."""
+    """Makes void what depends on the old plan of a body that goes on: other entries, and its partings."""
     plan_changed(k, body)
     plan_partings(k, body)
 
 
 @hook
 def met_at(k: Kernel, tick: int) -> int:
-    """Return how many contacts have happened at a tick that is not in the past."""
+    """Returns how many contacts have happened at a tick that is not in the past."""
     clock = k.clock[0]
     return int(clock.met_there if clock.met_tick == tick else 0)
 
@@ -127,7 +127,7 @@ def may_come(k: Kernel) -> bool:
 
 @hook
 def window_of(bodies: int) -> int:
-    """Return the number of contacts between two checks whether ``bodies`` bodies are jammed."""
+    """Returns the number of contacts between two checks whether ``bodies`` bodies are jammed."""
     return 200 * bodies + 2000
 
 
@@ -161,7 +161,7 @@ def reaches_into(
 
 @hook
 def place_error(k: Kernel, tick: int) -> float:
-    """Return by how much rows of places can be off: infinite if not noted, or if bodies are accelerated."""
+    """Returns by how much rows of places can be off: infinite if not noted, or if bodies are accelerated."""
     clock = k.clock[0]
     noted = len(k.shadows) == 0 and clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
     return float(clock.limits.fat if noted else math.inf)
@@ -180,7 +180,7 @@ def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: fl
 
 @template
 def wall_beyond(k: Kernel, command: Records) -> int:
-    """Return the wall beyond which an inserted body would reach, or FREE."""
+    """Returns the wall beyond which an inserted body would reach, or FREE."""
     clock = k.clock[0]
     limits = clock.limits
     torus = clock.torus
@@ -211,7 +211,7 @@ def wall_beyond(k: Kernel, command: Records) -> int:
 
 @template
 def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
-    """Return a place as a plan that is anchored has it."""
+    """Returns a place as a plan that is anchored has it."""
     torus = k.clock[0].torus
     if PERIODIC:
         return near_zero(x, torus.x), near_zero(y, torus.y)
@@ -219,8 +219,8 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 
 
 @template
-def take_on(k: Kernel, command: Records) -> int:
-    """Write what a body has into the command that moves it, but its place; return its slot."""
+def fill_move(k: Kernel, command: Records) -> int:
+    """Writes what a body has into the command that moves it, but its place; returns its slot."""
     body = slot_of(k, command.body)
     plan = k.bodies[body]
     command.vx = plan.vx
@@ -243,11 +243,11 @@ def take_on(k: Kernel, command: Records) -> int:
 
 @template
 def blocked_by(k: Kernel, command: Records) -> int:
-    """Return the slot of the eldest body, or the wall, that an inserted body, or one that moves, would
+    """Returns the slot of the eldest body, or the wall, that an inserted body, or one that moves, would
     overlap; or FREE."""
     own = NOBODY
     if command.code == MOVED:
-        own = take_on(k, command)
+        own = fill_move(k, command)
     found = wall_beyond(k, command)
     if found != FREE:
         return found
@@ -271,8 +271,8 @@ def blocked_by(k: Kernel, command: Records) -> int:
 
 @hook
 def caught_in(k: Kernel, command: Records) -> int:
-    """Return the slot of the eldest body that a body passes through, and would meet if it were of the kind of
-    a command; or FREE."""
+    """Returns the slot of the eldest body that a body passes through, and would meet if it were of the kind
+    of a command; or FREE."""
     found = FREE
     body = slot_of(k, command.body)
     pair = k.passers[body]
@@ -285,7 +285,7 @@ def caught_in(k: Kernel, command: Records) -> int:
 
 
 def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
-    """Write the blockers of commands of one tick; a template, as ``advance``."""
+    """Writes the blockers of commands of one tick; a template, as ``advance``."""
     k = disowned(k)
     for i in range(len(commands)):
         command = commands[i]
@@ -301,7 +301,7 @@ def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
 
 @hook
 def take_slot(k: Kernel, number: int) -> int:
-    """Give the body of a number a vacant slot. Before: there is one."""
+    """Gives the body of a number a vacant slot. Before: there is one."""
     clock = k.clock[0]
     lists = clock.lists
     body = lists.vacant
@@ -319,7 +319,7 @@ def take_slot(k: Kernel, number: int) -> int:
 
 @hook
 def reach_as(row: Records, form: Records) -> None:
-    """Write into a row how far a shape reaches to each side."""
+    """Writes into a row how far a shape reaches to each side."""
     row.left = form.left
     row.right = form.right
     row.down = form.down
@@ -328,7 +328,7 @@ def reach_as(row: Records, form: Records) -> None:
 
 @template
 def insert_body(k: Kernel, command: Records) -> int:
-    """Insert a body; return its slot. Its entry awaits nothing yet."""
+    """Inserts a body; returns its slot. Its entry awaits nothing yet."""
     body = take_slot(k, command.body)
     new = k.bodies[body]
     new.x = command.x
@@ -348,8 +348,11 @@ def insert_body(k: Kernel, command: Records) -> int:
         shadow.radius = new.radius
         shadow.reach = new.reach
     if PERIODIC:
-        k.images[body].kx = 0
-        k.images[body].ky = 0
+        image = k.images[body]
+        image.kx = 0
+        image.ky = 0
+        image.last_m = 0
+        image.last_n = 0
         wrap(k, body)
     k.radii[body] = command.radius
     k.mass[body] = command.mass
@@ -378,7 +381,7 @@ def insert_body(k: Kernel, command: Records) -> int:
 
 @hook
 def accelerate(k: Kernel, body: int, command: Records) -> None:
-    """Give a body the acceleration of a command; what is left of its chord stays."""
+    """Gives a body the acceleration of a command; what is left of its chord stays."""
     clock = k.clock[0]
     plan = k.bodies[body]
     plan.ax = command.ax
@@ -389,14 +392,14 @@ def accelerate(k: Kernel, body: int, command: Records) -> None:
 
 @hook
 def _account(k: Kernel, mass: float, squares: float) -> None:
-    """Add the energy of a mass and a speed squared to what commands have added; 0 for infinite mass."""
+    """Adds the energy of a mass and a speed squared to what commands have added; 0 for infinite mass."""
     if abs(mass) < math.inf:
         k.counts[0].commanded_energy += 0.5 * mass * squares
 
 
 @template
 def remove_body(k: Kernel, body: int) -> None:
-    """Remove the body in a slot; the broad phase's structure has removed it already.
+    """Removes the body in a slot; the broad phase's structure has removed it already.
 
     A body that awaits a contact with it is refreshed when that contact is at the head. Contacts of one tick
     are in the calendar in the order of numbers, and this number is gone: so they become guesses.
@@ -413,7 +416,7 @@ def remove_body(k: Kernel, body: int) -> None:
         awaiting = k.queue[other]
         if awaiting.partner == body and awaiting.exact == 1:
             awaiting.exact = 0
-            settle(k, other)
+            refile(k, other)
     k.slots[entry.number] = NOBODY
     entry.number = NOBODY
     entry.wall = NEVER
@@ -439,7 +442,7 @@ def remove_body(k: Kernel, body: int) -> None:
 
 @template
 def must_wait(k: Kernel, command: Records) -> int:
-    """Return the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
+    """Returns the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
     if PASSINGS and brings(command.code):
         most = k.clock[0].present * (MOST_IMAGES if PERIODIC else 1)
@@ -459,7 +462,7 @@ def must_wait(k: Kernel, command: Records) -> int:
 @only_with(RESTING)
 @template
 def foresee_ledge(k: Kernel, body: int) -> None:
-    """Compute again when a body leaves its support, after the clock has anchored its plan."""
+    """Computes again when a body leaves its support, after the clock has anchored its plan."""
     plan = k.bodies[body]
     if plan.supports == 1 and plan.support >= 0:
         if PERIODIC:
@@ -474,7 +477,7 @@ def foresee_ledge(k: Kernel, body: int) -> None:
 
 @template
 def free(k: Kernel, body: int, at: int) -> None:
-    """Let a body go that is held, by no event of its own."""
+    """Lets a body go that is held, by no event of its own."""
     plan = k.bodies[body]
     anchor(k, body, at)
     let_go(k, body)
@@ -487,7 +490,7 @@ def free(k: Kernel, body: int, at: int) -> None:
 @only_with(RESTING)
 @template
 def free_from(k: Kernel, support: int, at: int) -> None:
-    """Let all bodies go that a support holds; ``loop.restore`` replans them."""
+    """Lets all bodies go that a support holds; ``loop.restore`` replans them."""
     lists = k.clock[0].lists
     for number in range(len(k.slots) if k.mass[support] == math.inf else 0):
         body = k.slots[number]
@@ -499,7 +502,7 @@ def free_from(k: Kernel, support: int, at: int) -> None:
 
 @template
 def take_out(k: Kernel, s: Any, command: Records) -> None:
-    """Remove the body of a command that removes or moves it, first from its passings, then from the broad
+    """Removes the body of a command that removes or moves it, first from its passings, then from the broad
     phase's structure, which reads its plan, then from the tables."""
     body = slot_of(k, command.body)
     anchor(k, body, command.tick)
@@ -508,7 +511,7 @@ def take_out(k: Kernel, s: Any, command: Records) -> None:
         log(k, command.tick, body, REMOVED)
         k.counts[0].removed += 1
     else:
-        take_on(k, command)
+        fill_move(k, command)
     k.clock[0].at_work = body
     leave(k, s, body)
     remove_body(k, body)
@@ -518,7 +521,7 @@ def take_out(k: Kernel, s: Any, command: Records) -> None:
 
 @template
 def bring_in(k: Kernel, s: Any, command: Records) -> int:
-    """Insert the body of a command that inserts or moves it, and log that, before its passings begin; return
+    """Inserts the body of a command that inserts or moves it, and log that, before its passings begin; return
     its slot, a vacant one, which a body that moves has just left."""
     body = insert_body(k, command)
     log(k, command.tick, body, command.code)
@@ -535,8 +538,8 @@ def bring_in(k: Kernel, s: Any, command: Records) -> int:
 
 @template
 def change(k: Kernel, body: int, command: Records) -> None:
-    """Give a body that has been anchored the velocity, acceleration or kind of a command, and account for the
-    energy."""
+    """Gives a body that has been anchored the velocity, acceleration or kind of a command, and accounts for
+    the energy."""
     plan = k.bodies[body]
     if command.code != REANCHORED:
         k.counts[0].turns += 1
@@ -558,7 +561,7 @@ def change(k: Kernel, body: int, command: Records) -> None:
 
 @template
 def carry_out(k: Kernel, s: Any) -> int:
-    """Carry out the next command, at its tick; return the slot of the body that is to be refreshed, or
+    """Carries out the next command, at its tick; returns the slot of the body that is to be refreshed, or
     NOBODY. With ``LIVING``, there is room for a new body."""
     lists = k.clock[0].lists
     command = k.commands[lists.command]
@@ -592,7 +595,7 @@ def carry_out(k: Kernel, s: Any) -> int:
 
 
 def run_one_command(k: Kernel, s: Any) -> None:
-    """Carry out the next command in tables that get a new structure after it; a template."""
+    """Carries out the next command in tables that get a new structure after it; a template."""
     k = disowned(k)
     s = disowned(s)
     command = k.commands[k.clock[0].lists.command]

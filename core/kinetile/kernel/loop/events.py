@@ -12,11 +12,11 @@ from kinetile.kernel.features import (
     ACCELERATIONS,
     FOREIGN,
     LIVING,
-    MIXED,
     PASSINGS,
     PERIODIC,
     RESTING,
     RULES,
+    UNEQUAL,
     WALLED,
 )
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
@@ -71,7 +71,8 @@ NO_TASK, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
 
 @template
 def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
-    """Run a structural event: have the broad phase repair its structure. Return how many newcomers are near.
+    """Runs a structural event: have the broad phase repair its structure. Returns how many newcomers are
+    near.
 
     Before: the structural certificate of h fails at ``at``. After: h has another one, and is to be filed.
     Time need not pass, nor a contact happen, between two such events, so a broad phase that repairs nothing
@@ -94,7 +95,7 @@ def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
 
 @template
 def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
-    """Carry out the next command, or return the reason for which it has to wait: (reason, task, body).
+    """Carries out the next command, or return the reason for which it has to wait: (reason, task, body).
 
     With a reason no body has changed, and the command is still the next one.
     """
@@ -125,7 +126,7 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
 
 @template
 def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
-    """Anchor the next plan that has grown old by this beat; return the task and the body, or NOBODY."""
+    """Anchors the next plan that has grown old by this beat; returns the task and the body, or NOBODY."""
     body = next_to_anchor(k)
     if body < 0:
         return NO_TASK, NOBODY
@@ -178,7 +179,7 @@ def leaves_support(k: Kernel, h: int) -> bool:
 
 @template
 def run_wall_contact(k: Kernel, h: int, at: int) -> int:
-    """Run the contact of the head with a wall; return the task for it.
+    """Runs the contact of the head with a wall; returns the task for it.
 
     Before: it is at a wall at ``at``, and nothing is before that. After: it has its plan from ``at`` on, and
     the contact is logged and counted.
@@ -207,7 +208,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
 
 @hook
 def put_back(k: Kernel, body: int) -> None:
-    """Give a body back its velocity before a contact that cannot be resolved."""
+    """Gives a body back its velocity before a contact that cannot be resolved."""
     before = k.places[body]
     k.bodies[body].vx = before.vx
     k.bodies[body].vy = before.vy
@@ -215,20 +216,20 @@ def put_back(k: Kernel, body: int) -> None:
 
 @template
 def run_parting(k: Kernel, h: int, at: int) -> tuple[int, int]:
-    """End the passing whose end the head awaits; return the task, and the other body of it, or NOBODY."""
+    """Ends the passing whose end the head awaits; returns the task, and the other body of it, or NOBODY."""
     k.clock[0].now = larger(k.clock[0].now, at)
     pair = find_leave(k, h)
     other = k.passings[pair].b
     end_passing(k, pair, at)
     find_leave(k, h)
-    if MIXED:  # they may meet again by the same plans
+    if UNEQUAL:  # they may meet again by the same plans
         return REFRESH, other
     return REFILE, NOBODY
 
 
 @template
 def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
-    """Run the contact of the head with its partner: return (reason, task, the elder, the younger).
+    """Runs the contact of the head with its partner: returns (reason, task, the elder, the younger).
 
     Before: they touch at ``at`` exactly, and nothing is before that. After: both have their plans from ``at``
     on, or have begun to pass through each other, and that is logged and counted. With a reason (CROWDED)
@@ -252,7 +253,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     anchor(k, a, at)
     anchor(k, b, at)
     come_together(k, a, b, h)
-    depth = answer(k, a, b, at) if RULES or MIXED else collide(k, a, b)
+    depth = answer(k, a, b, at) if RULES or UNEQUAL else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
         return NO_REASON, NO_TASK, NOBODY, NOBODY
     if depth != depth:  # not a number: two centres on one place, and no line between them

@@ -16,8 +16,9 @@ All tasks go through this one place because a hook is inlined wherever it is cal
 Order, and why the head is the next event
 =========================================
 
-The order is total: by tick; at equal ticks structural, guess, command, wall, pair; in one kind by number, and
-pairs by their two bodies. It does not depend on the history of the queue.
+The order is total: by tick; at equal ticks chord, structural, guess, command, wall, pair, parting; in one
+kind by number, and pairs by their two bodies. Of its tick a beat comes before all but what is structural. The
+order does not depend on the history of the queue.
 
 Let the head be a contact of a pair at tick T, exact, and its partner's plan unchanged. Let {c, d} be a near
 pair, not barred, and c a body that covers it. Then its contact is at or after c's ``tick``, that is at or
@@ -43,12 +44,12 @@ from kinetile.kernel.features import (
     BOUNDS,
     COMMANDS,
     LIVING,
-    MIXED,
     PAIRS,
     PASSINGS,
     PERIODIC,
     RESTING,
     RULES,
+    UNEQUAL,
     WALLED,
 )
 from kinetile.kernel.flight import note_all_places
@@ -66,7 +67,7 @@ from kinetile.kernel.loop import (
 )
 from kinetile.kernel.loop.ahead import fetch_ring, fetch_two, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
-from kinetile.kernel.loop.calendar import file_all, forget, head, runner_up, settle, wall_may_be_before
+from kinetile.kernel.loop.calendar import file_all, forget, head, refile, runner_up, wall_may_be_before
 from kinetile.kernel.loop.commands import free, may_come, met_at
 from kinetile.kernel.loop.events import (
     NO_TASK,
@@ -106,7 +107,7 @@ build = replan = near = to_be_filled_in
 
 
 def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: int) -> int:
-    """Run the events up to and at tick ``until``; return the reason for stopping.
+    """Runs the events up to and at tick ``until``; returns the reason for stopping.
 
     ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts there
     may be in all, ``quota`` how many at tick ``until``: the others of that tick stay pending.
@@ -159,7 +160,8 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
 
 @template
 def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, int, int, int]:
-    """Run what comes next at tick ``at``: return (NO_REASON, task, body, another, newcomers) for ``restore``.
+    """Runs what comes next at tick ``at``: returns (NO_REASON, task, body, another, newcomers) for
+    ``restore``.
 
     Before: it is no guess, and nothing is before it. After: it has happened; or there is a reason to stop
     before it, or behind what is watched, and it is still at the head.
@@ -171,7 +173,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
     if ACCELERATIONS and kind == CHORD:
         clock.now = larger(clock.now, at)
         k.counts[0].structural += 1
-        return reason, REPLAN if MIXED and BOUNDS else RELAY, a, b, 0
+        return reason, REPLAN if UNEQUAL and BOUNDS else RELAY, a, b, 0
     if log_is_full(k, 3 if RESTING else 1):
         return LOG_FULL, task, a, b, 0
     if PERIODIC and kind == BEAT_DUE:
@@ -196,7 +198,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
 
 @template
 def note_origin(k: Kernel, tick: int) -> None:
-    """Make a tick the origin from which rows of places count."""
+    """Makes a tick the origin from which rows of places count."""
     note_all_places(k, tick)
     if ACCELERATIONS:
         note_all_places(with_shadows(k), tick)
@@ -218,7 +220,7 @@ def start(k: Kernel, s: Any) -> None:
 
 @template
 def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: int) -> None:
-    """Make the queue true again after a step, and after all that hooks offer on the way.
+    """Makes the queue true again after a step, and after all that hooks offer on the way.
 
     Before: every entry is true and filed but those of ``a`` and ``b`` (or NOBODY), for which ``task`` says
     what is to be done, with the first ``newcomers`` of ``k.near``, and those of bodies that are offered. No
@@ -259,14 +261,14 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
             body = waiting
             waiting = last
         while body >= 0:
-            settle(k, body)
+            refile(k, body)
             body = waiting
             waiting = NOBODY
 
 
 @template
 def next_task(k: Kernel) -> tuple[int, int, int]:
-    """Take a task that hooks have left: return (task, body, newcomers), or (NOTHING, NOBODY, 0).
+    """Takes a task that hooks have left: returns (task, body, newcomers), or (NO_TASK, NOBODY, 0).
 
     A body that its support has freed comes first; an offer then has one newcomer, or none.
     """
@@ -292,7 +294,7 @@ def next_task(k: Kernel) -> tuple[int, int, int]:
 
 @template
 def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
-    """Clear what an entry says of contacts, and return how many bodies of ``k.near`` it has to look at.
+    """Clears what an entry says of contacts, and returns how many bodies of ``k.near`` it has to look at.
 
     With ``REPLAN`` the hook ``replan`` is called too, after ``near``: ``near`` may read the structure as it
     was, because a new plan does not move the body.
@@ -310,7 +312,7 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
 
 @template
 def must_return(k: Kernel, contacts: int) -> int:
-    """Return why the loop cannot take another event, or NO_REASON.
+    """Returns why the loop cannot take another event, or NO_REASON.
 
     The order counts: after a fault nothing else in the tables can be relied on.
     """
@@ -337,9 +339,9 @@ BEAT_DUE = -1
 
 @template
 def next_event(k: Kernel) -> tuple[int, int, int]:
-    """Return what comes next: the head of the queue (or NOBODY), the kind and the tick.
+    """Returns what comes next: the head of the queue (or NOBODY), the kind and the tick.
 
-    Before: every entry is true and filed. Of kind ``TURN`` it is the next command, whatever is at the head.
+    Before: every entry is true and filed. Of kind ``COMMANDED`` it is the next command, whatever the head is.
     """
     lists = k.clock[0].lists
     h = head(k)
@@ -363,7 +365,7 @@ PASSING_BEGINS = 6
 
 @template
 def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
-    """Write down what comes next, of which nothing is run."""
+    """Writes down what comes next, of which nothing is run."""
     coming = k.clock[0].next
     coming.tick = at
     coming.kind = kind
@@ -397,10 +399,10 @@ def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
 
 @template
 def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: int) -> tuple[int, int]:
-    """Make sure of the contact at the head: return (NOTHING, its tick) if it runs now, else (task, ``at``).
+    """Makes sure of the contact at the head: returns (NO_TASK, its tick) if it runs now, else (task, ``at``).
 
     Before: h is the head, its entry a guess or a contact, and true but for what its partner did since. After
-    NOTHING: the contact of h and its partner is exact, and no event is before it. After another task: h still
+    NO_TASK: the contact of h and its partner is exact, and no event is before it. After another task: h still
     awaits something, which may be the same contact, and is to be filed by that.
     """
     entry = k.queue[h]

@@ -36,7 +36,7 @@ For this a broad phase must name every body that becomes near (``repair``, ``off
 from typing import Any
 
 from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
-from kinetile.kernel.features import ACCELERATIONS, BOUNDS, MIXED, PASSINGS, PERIODIC, RESTING
+from kinetile.kernel.features import ACCELERATIONS, BOUNDS, PASSINGS, PERIODIC, RESTING, UNEQUAL
 from kinetile.kernel.images import await_through
 from kinetile.kernel.loop.responses import have_passed, leaves_out
 from kinetile.kernel.passings import passes
@@ -54,22 +54,22 @@ near = meet = soonest = to_be_filled_in
 
 @hook
 def barred_with(k: Kernel, h: int) -> int:
-    """Return the body that h has just met, if neither has met another since, or NOBODY."""
+    """Returns the body that h has just met, if neither has met another since, or NOBODY."""
     partner = k.bodies[h].last
     return int(partner) if partner >= 0 and k.bodies[partner].last == h else NOBODY
 
 
 @template
 def left_out(k: Kernel, h: int) -> int:
-    """Return the body whose contact with h is not computed: the one that is barred, or NOBODY. Where axes are
-    periodic an image is barred and not a body, and two that are accelerated differently may meet again:
+    """Returns the body whose contact with h is not computed: the one that is barred, or NOBODY. Where axes
+    are periodic an image is barred and not a body, and two that are accelerated differently may meet again:
     there ``meet`` knows what is barred itself."""
-    return NOBODY if PERIODIC or MIXED else barred_with(k, h)
+    return NOBODY if PERIODIC or UNEQUAL else barred_with(k, h)
 
 
 @template
 def not_before(at: int, ticks: float) -> int:
-    """Return a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
+    """Returns a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
     near_enough = ticks < LEFT_OUT
     tick = at + larger(int(ticks if near_enough else LEFT_OUT) - MARGIN, 0)
     return tick if near_enough else NEVER
@@ -77,7 +77,7 @@ def not_before(at: int, ticks: float) -> int:
 
 @template
 def look_at(k: Kernel, h: int, count: int, at: int) -> None:
-    """Take what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
+    """Takes what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
     entry = k.queue[h]
     if PASSINGS and not PERIODIC:
         count = leaves_out(k, h, count)
@@ -114,7 +114,7 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 
 @template
 def meeting(k: Kernel, a: int, b: int) -> int:
-    """Return the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
+    """Returns the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
     the past does not count where they pass through each other: they have. One holds the other: there is
     none."""
     if RESTING and (is_held_by(k, a, b) or is_held_by(k, b, a)):
@@ -129,7 +129,7 @@ def meeting(k: Kernel, a: int, b: int) -> int:
 
 @template
 def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> tuple[int, int, int]:
-    """Return the first contact, the second, and the partner of the first, of ``k.near[:count]``, exactly.
+    """Returns the first contact, the second, and the partner of the first, of ``k.near[:count]``, exactly.
 
     ``barred`` and ``known`` are left out. Of contacts at one tick the first is that of the smaller numbers.
     """
@@ -157,7 +157,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 
 @template
 def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -> None:
-    """Compute the contacts with all that is near a body exactly: bounds could not tell which is first. That
+    """Computes the contacts with all that is near a body exactly: bounds could not tell which is first. That
     with ``known`` is at a tick. Where bodies are accelerated differently it may have been a guess of two that
     have just met, at once: one more look at the bounds of the others mostly tells."""
     count = near(k, s, h)
@@ -165,7 +165,7 @@ def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -
         count = leaves_out(k, h, count)
     entry = k.queue[h]
     told = False
-    if MIXED and BOUNDS:
+    if UNEQUAL and BOUNDS:
         first, second, who = tick, NEVER, known
         per_time = k.clock[0].per_time
         soon, rest, other = soonest(k, h, count, known, at)

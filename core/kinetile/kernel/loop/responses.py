@@ -19,19 +19,19 @@ from typing import Any
 from kinetile.kernel.compiled import disowned, hook, larger, smaller, template, to_be_filled_in
 from kinetile.kernel.features import (
     ACCELERATIONS,
-    MIXED,
     PASSINGS,
     PERIODIC,
     RESPONSES,
     RESTING,
     RULES,
     SHAPES,
+    UNEQUAL,
     only_with,
 )
 from kinetile.kernel.flight import closing_speed, give, position_at, square_of_speed
 from kinetile.kernel.images import remainder, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
-from kinetile.kernel.loop.calendar import settle
+from kinetile.kernel.loop.calendar import refile
 from kinetile.kernel.pairs import follower, link, unlink
 from kinetile.kernel.passings import FIRST, IS_ELASTIC, is_passing, passes, rule_of
 from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, without
@@ -96,7 +96,7 @@ def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
 
 @hook
 def leaves_out(k: Kernel, body: int, count: int) -> int:
-    """Remove from ``k.near[:count]`` the bodies that a body is passing through; return how many stay. Not
+    """Removes from ``k.near[:count]`` the bodies that a body is passing through; returns how many stay. Not
     where an axis is periodic: they may meet through other images."""
     if k.traits[body].inside == 0:
         return count
@@ -111,7 +111,7 @@ def leaves_out(k: Kernel, body: int, count: int) -> int:
 
 @template
 def _energy(k: Kernel, body: int) -> float:
-    """Return the kinetic energy in the room of a body that has been anchored; 0 for one of infinite mass."""
+    """Returns the kinetic energy in the room of a body that has been anchored; 0 for one of infinite mass."""
     mass = k.mass[body]
     return 0.5 * mass * square_of_speed(k.bodies[body]) if mass < math.inf else 0.0
 
@@ -130,7 +130,7 @@ def _note(k: Kernel, body: int, other: int, tick: int) -> None:
 @only_with(RESTING)
 @template
 def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
-    """Find out whether one of two bodies that meet, or a body at a wall, may settle on the other (rule 9r),
+    """Finds out whether one of two bodies that meet, or a body at a wall, may settle on the other (rule 9r),
     and when it would leave that alone."""
     body = a
     support = b
@@ -174,7 +174,7 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 
 @template
 def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Call the hook of a rule's response."""
+    """Calls the hook of a rule's response."""
     consider(k, a, b, nx, ny)
     if RESPONSES > 0 and rule.response == FIRST:
         respond_1(k, a, b, nx, ny, rule)
@@ -236,7 +236,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         rule = k.rules[rule_of(k, a, b)]
         elastic = RESPONSES == 0 or rule.response == IS_ELASTIC
     nx = ny = depth = 0.0
-    if MIXED or not elastic:  # no ``touch`` is needed for elastic contacts of bodies that fall alike
+    if UNEQUAL or not elastic:  # no ``touch`` is needed for elastic contacts of bodies that fall alike
         nx, ny, depth = touch(k, a, b)
     if elastic:
         depth = collide(k, a, b)
@@ -244,7 +244,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     let_go(k, b)
     if RESPONSES > 0 and not elastic:
         _respond(k, a, b, nx, ny, rule)
-    if MIXED and depth == depth:
+    if UNEQUAL and depth == depth:
         separate(k, a, b, nx, ny)
     if depth == depth:  # else there is no answer, and the loop ends with both as they were
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
@@ -283,7 +283,7 @@ def crowded(k: Kernel, pairs: int) -> bool:
 
 @template
 def _parts(k: Kernel, record: Records) -> int:
-    """Return when a pair parts: a tick after it has begun, at least."""
+    """Returns when a pair parts: a tick after it has begun, at least."""
     if PERIODIC:
         torus = k.clock[0].torus
         torus.m = record.m
@@ -293,7 +293,7 @@ def _parts(k: Kernel, record: Records) -> int:
 
 @template
 def begin_passing(k: Kernel, a: int, b: int, tick: int, m: int, n: int) -> None:
-    """Begin a passing of two bodies, ``a`` the elder, through an image. Before: the table has room."""
+    """Begins a passing of two bodies, ``a`` the elder, through an image. Before: the table has room."""
     lists = k.clock[0].lists
     new = lists.passable
     record = k.passings[new]
@@ -317,7 +317,7 @@ def begin_passing(k: Kernel, a: int, b: int, tick: int, m: int, n: int) -> None:
 
 @hook
 def find_leave(k: Kernel, body: int) -> int:
-    """Return the first pair to part among those of which a body is the elder, or -1; note its tick."""
+    """Returns the first pair to part among those of which a body is the elder, or -1; note its tick."""
     table = k.passings
     found = -1
     k.traits[body].leave = NEVER
@@ -337,7 +337,7 @@ def find_leave(k: Kernel, body: int) -> int:
 
 @hook
 def end_passing(k: Kernel, pair: int, tick: int) -> None:
-    """End a passing. The caller finds the body's next one by ``find_leave``."""
+    """Ends a passing. The caller finds the body's next one by ``find_leave``."""
     lists = k.clock[0].lists
     record = k.passings[pair]
     a = record.a
@@ -357,14 +357,14 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
 @only_with(PASSINGS)
 @template
 def plan_partings(k: Kernel, body: int) -> None:
-    """Compute again when a body with a new plan parts from those that it is passing through."""
+    """Computes again when a body with a new plan parts from those that it is passing through."""
     pair = k.passers[body]
     while pair >= 0:
         record = k.passings[pair]
         record.tick = _parts(k, record)
         if record.a != body:
             find_leave(k, record.a)
-            settle(k, record.a)
+            refile(k, record.a)
         pair = follower(k.passings, body, pair)
     find_leave(k, body)
 
@@ -391,7 +391,7 @@ def overlap_through(k: Kernel, a: int, b: int, tick: int, right: int, up: int) -
 
 @template
 def periods_around(k: Kernel) -> tuple[int, int]:
-    """Return how many periods away, along x and y, a body is to be seen."""
+    """Returns how many periods away, along x and y, a body is to be seen."""
     if PERIODIC:
         return 1 if k.clock[0].torus.x > 0.0 else 0, 1 if k.clock[0].torus.y > 0.0 else 0
     return 0, 0
@@ -414,7 +414,7 @@ def overlap_now(k: Kernel, one: int, two: int, tick: int) -> bool:
 
 @template
 def begin_overlap(k: Kernel, a: int, b: int, tick: int) -> None:
-    """Begin the passings of two bodies that pass, ``a`` the elder, through each image through which they
+    """Begins the passings of two bodies that pass, ``a`` the elder, through each image through which they
     overlap at a tick. The order cannot be observed."""
     across, upwards = periods_around(k)
     for right in range(-across, across + 1):
@@ -427,7 +427,7 @@ def begin_overlap(k: Kernel, a: int, b: int, tick: int) -> None:
 @only_with(PASSINGS)
 @template
 def begin_with_all(k: Kernel, body: int, tick: int) -> None:
-    """Begin the passings of a new body with all that it overlaps and passes, the eldest first."""
+    """Begins the passings of a new body with all that it overlaps and passes, the eldest first."""
     before = -1
     while True:
         next_one = -1
@@ -441,13 +441,13 @@ def begin_with_all(k: Kernel, body: int, tick: int) -> None:
         before = k.queue[next_one].number
         first = elder(k, next_one, body)
         begin_overlap(k, first, next_one + body - first, tick)
-        settle(k, next_one)
+        refile(k, next_one)
 
 
 @only_with(PASSINGS)
 @template
 def end_all_passings(k: Kernel, body: int, tick: int) -> None:
-    """End the passings of a body that is being removed, the eldest first."""
+    """Ends the passings of a body that is being removed, the eldest first."""
     while k.passers[body] >= 0:
         pair = k.passers[body]
         found = pair
@@ -460,12 +460,12 @@ def end_all_passings(k: Kernel, body: int, tick: int) -> None:
         other = k.passings[found].a + k.passings[found].b - body
         end_passing(k, found, tick)
         find_leave(k, other)
-        settle(k, other)
+        refile(k, other)
     k.traits[body].leave = NEVER
 
 
 def begin_at_start(k: Kernel, pairs: Any) -> None:
-    """Begin the passings of those pairs, (m, 2) slots, that overlap and pass at the start; a template."""
+    """Begins the passings of those pairs, (m, 2) slots, that overlap and pass at the start; a template."""
     k = disowned(k)
     for at in range(len(pairs)):
         if passes(k, pairs[at, 0], pairs[at, 1]):

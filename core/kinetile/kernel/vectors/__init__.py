@@ -31,65 +31,65 @@ Truths: TypeAlias = Any
 
 
 def spread(value: float) -> Floats:
-    """Return eight times the same number."""
+    """Returns eight times the same number."""
     return _ONES * value
 
 
 def spread_whole(value: int) -> Wholes:
-    """Return eight times the same whole number."""
+    """Returns eight times the same whole number."""
     return np.full(LANES, value, dtype=np.int32)
 
 
 def numbers(table: Any, first: int) -> Wholes:
-    """Return ``table[first:first + 8]`` of an array of int32."""
+    """Returns ``table[first:first + 8]`` of an array of int32."""
     return np.array(table[first : first + LANES], dtype=np.int32)
 
 
 def fill(table: Any, first: int, value: int) -> None:
-    """Write a number to ``table[first:first + 8]`` of an array of int32."""
+    """Writes a number to ``table[first:first + 8]`` of an array of int32."""
     table[first : first + LANES] = value
 
 
 def numbered(value: Floats, first: int) -> Floats:
-    """Return numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each is less
+    """Returns numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each is less
     than it was, by less than 2^-45 of it."""
     places = np.arange(first, first + LANES)
     return ((np.ascontiguousarray(value).view(np.int64) & -64) + (places - 64)).view(np.float64)
 
 
 def number_in(value: float) -> int:
-    """Return the last six bits of a number."""
+    """Returns the last six bits of a number."""
     return int(np.float64(value).view(np.int64)) & 63
 
 
 def root(value: Floats) -> Floats:
-    """Return the square roots, correctly rounded; of a negative number, not a number."""
+    """Returns the square roots, correctly rounded; of a negative number, not a number."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(value)
 
 
 def choose(where: Truths, yes: Any, no: Any) -> Any:
-    """Return ``yes`` in the lanes where it is true, else ``no``."""
+    """Returns ``yes`` in the lanes where it is true, else ``no``."""
     return np.where(where, yes, no)
 
 
 def lane(value: Any, which: int) -> Any:
-    """Return one of the eight."""
+    """Returns one of the eight."""
     return value[which]
 
 
 def turned(value: Any, by: int) -> Any:
-    """Return the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
+    """Returns the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
     return value[np.arange(LANES) ^ by]
 
 
 def followed(value: Any) -> Any:
-    """Return the lanes moved by one: lane i is what was lane i + 1, and the last what was the first."""
+    """Returns the lanes moved by one: lane i is what was lane i + 1, and the last what was the first."""
     return np.roll(value, -1)
 
 
 def append(source: Any, first: int, target: Any, end: int) -> int:
-    """Copy eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; return the last.
+    """Copies eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; returns the last.
 
     Both are arrays of int32. One load and one store; so seven numbers may be copied, and how many count.
     """
@@ -98,11 +98,11 @@ def append(source: Any, first: int, target: Any, end: int) -> int:
 
 
 def prefetch(table: Any, row: int) -> None:
-    """Ask the memory for the cache line in which a row of a table begins, and go on without waiting."""
+    """Asks the memory for the cache line in which a row of a table begins, and go on without waiting."""
 
 
 def product_error(a: float, b: float, product: float) -> float:
-    """Return a * b - product, for the rounded product, rounded once, as a fused multiply-add does it: exact
+    """Returns a * b - product, for the rounded product, rounded once, as a fused multiply-add does it: exact
     unless a part of the product would be subnormal."""
     a, b, product = float(a), float(b), float(product)
     if not math.isfinite(product):
@@ -117,39 +117,39 @@ def product_error(a: float, b: float, product: float) -> float:
 
 
 def _halves(value: float) -> tuple[float, float]:
-    """Return the upper and the lower half of a double's digits, after Veltkamp and Dekker (1971)."""
+    """Returns the upper and the lower half of a double's digits, after Veltkamp and Dekker (1971)."""
     shifted = 134217729.0 * value
     high = shifted - (shifted - value)
     return high, value - high
 
 
 def lowest_bit(word: int) -> int:
-    """Return the place of the lowest bit that is set in a word of 64; the word is not zero."""
+    """Returns the place of the lowest bit that is set in a word of 64; the word is not zero."""
     word = int(word)
     return (word & -word).bit_length() - 1
 
 
 def eight(a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int) -> Wholes:
-    """Return eight whole numbers as a vector."""
+    """Returns eight whole numbers as a vector."""
     return np.array([a, b, c, d, e, f, g, h], dtype=np.int32)
 
 
 def spread_ticks(value: int) -> Ticks:
-    """Return eight times the same tick."""
+    """Returns eight times the same tick."""
     return np.full(LANES, value, dtype=np.int64)
 
 
 def flights(
     table: Any, a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int
 ) -> tuple[Floats, Floats, Floats, Floats, Ticks, Floats]:
-    """Return x, y, vx, vy, anchor and reach of eight bodies."""
+    """Returns x, y, vx, vy, anchor and reach of eight bodies."""
     rows = table[[a, b, c, d, e, f, g, h]]
     x, y, vx, vy, anchor, reach = (np.array(rows[name]) for name in COLUMNS)
     return x, y, vx, vy, anchor, reach
 
 
 def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: x, y,
+    """Returns the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: x, y,
     vx, vy of one of places."""
     rows = table[names[first : first + LANES]]
     x, y, vx, vy = (np.array(rows[name]) for name in table.dtype.names)
@@ -157,27 +157,27 @@ def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, 
 
 
 def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
-    """Write a row of a table of places in one piece, so that a load of it need not wait for the parts."""
+    """Writes a row of a table of places in one piece, so that a load of it need not wait for the parts."""
     table[number] = (x, y, vx, vy)
 
 
 def pick(table: Any, names: Any, first: int) -> Floats:
-    """Return the entries ``names[first:first + 8]`` of an array of doubles."""
+    """Returns the entries ``names[first:first + 8]`` of an array of doubles."""
     return np.array(table[names[first : first + LANES]])
 
 
 def to_floats(value: Ticks | Wholes) -> Floats:
-    """Return ticks or whole numbers as doubles, rounded to nearest."""
+    """Returns ticks or whole numbers as doubles, rounded to nearest."""
     return np.asarray(value, dtype=np.float64)
 
 
 def floor(value: Floats) -> Ticks:
-    """Return doubles, each smaller than 2^63 in size, rounded down."""
+    """Returns doubles, each smaller than 2^63 in size, rounded down."""
     return np.floor(value).astype(np.int64)
 
 
 def bits(value: Truths) -> int:
-    """Return a word with the bit of each lane set in which it is true."""
+    """Returns a word with the bit of each lane set in which it is true."""
     return sum(1 << i for i in range(LANES) if value[i])
 
 

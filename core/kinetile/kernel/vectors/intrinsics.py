@@ -65,7 +65,7 @@ def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
 
 
 def _operator(symbol: Any, kind: Any, result: Any, build: Any) -> None:
-    """Give two vectors of a kind an operator."""
+    """Gives two vectors of a kind an operator."""
 
     @cast(Any, infer_global)(symbol)
     class _Operator(ConcreteTemplate):
@@ -102,7 +102,7 @@ class _Call(NamedTuple):
     signature: Any
 
     def data(self, which: int, array: Any, element: Any) -> Any:
-        """Return where the data of an array, the argument of this number, begins: a pointer to elements."""
+        """Returns where the data of an array, the argument of this number, begins: a pointer to elements."""
         made = self.context.make_array(self.signature.args[which])
         data = made(self.context, self.builder, value=array).data
         return self.builder.bitcast(data, element.as_pointer())
@@ -143,7 +143,7 @@ def _compiled(typed: Any, name: str = "") -> Callable[[Callable[..., Any]], Call
 
 
 def _eights(builder: Any, name: str, value: Any) -> Any:
-    """Return what a function of LLVM does to eight doubles."""
+    """Returns what a function of LLVM does to eight doubles."""
     kind = ir.FunctionType(_floats.vector, [_floats.vector])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v8f64"), [value])
 

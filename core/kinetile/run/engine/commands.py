@@ -20,16 +20,14 @@ import numpy as np
 
 from kinetile.arrays import Array, Rows
 from kinetile.kernel.clock import SPAN, TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, INSERTED, MOVED, OF_KIND, REANCHORED, REMOVED
+from kinetile.kernel.log import INSERTED, OF_KIND, REANCHORED, REMOVED
 from kinetile.kernel.tables import COMMAND, Kernel, record_table
 from kinetile.run.engine.fields import Fields, Tables
-from kinetile.scene import Accelerate, Insert, Move, Scene, SetKind, Turn
 from kinetile.scene import Command as SceneCommand
-from kinetile.scene.commands import OF_CLASS, OF_CODE, end_of
+from kinetile.scene import Insert, Scene, SetKind
+from kinetile.scene.commands import OF_CLASS, OF_CODE, Does, doing, end_of
 from kinetile.scene.reader import pull_of
 from kinetile.scene.shapes import Shape
-
-"""Commands in the kernel's form (``kinetile.kernel.tables.COMMAND``), in its ticks."""
 
 _NAMES: tuple[str, ...] = COMMAND.names or ()
 
@@ -38,6 +36,12 @@ COMMAND_ROWS = np.dtype((np.record, COMMAND))
 
 PACKED = Struct("=" + "".join({"i4": "i", "i8": "q", "f8": "d"}[COMMAND[name].str[1:]] for name in _NAMES))
 """A row as bytes: it is packed, and copied, in one step where NumPy takes one for each field."""
+
+_LEADING = ("tick", "x", "y", "vx", "vy", "radius", "mass", "body", "code", "after")
+assert _NAMES[: len(_LEADING)] == _LEADING
+_ZEROS = (0,) * (len(_NAMES) - len(_LEADING))
+
+_FALLING = [each.code for each in doing(Does.FALLS)]
 
 STILL = (0.0,) * 6
 """Place, velocity, radius and mass where a command has none."""
@@ -118,7 +122,8 @@ def planned(scene: Scene, clock: Clock) -> Planned:
     for each in scene.commands:
         if isinstance(each, Insert):
             mass[each.body] = each.mass
-        values = {"mass": mass[each.body]} if isinstance(each, Turn | Accelerate | Move) else {}
+        adds = Does.FASTER in OF_CLASS[type(each)].does and not isinstance(each, Insert)
+        values = {"mass": mass[each.body]} if adds else {}
         rows.append(row_of(each, scene, after=each.at[2] if each.at else 0, **values))
     ticks = (clock.tick_of(each.time, each.at) for each in scene.commands)
     return Planned(tuple(ticks), np.array(rows, COMMAND))
@@ -145,6 +150,11 @@ def row_of(command: SceneCommand, scene: Scene, **values: Any) -> tuple[Any, ...
     return row
 
 
+def packed(tick: int, disc: Sequence[float], body: int, code: int, after: int) -> bytes:
+    """Returns the row of a command, of a disc as in ``STILL``."""
+    return PACKED.pack(tick, *disc, body, code, after, *_ZEROS)
+
+
 def number_of(shape: Shape, mass: float, scene: Scene) -> int:
     """Returns the number of a shape in a scene's table, for bodies of this mass; if none, that of shapes."""
     for number, each in enumerate(scene.shapes):
@@ -168,7 +178,7 @@ def _masses_and_squares(rows: Rows, drop: float) -> tuple[Array, Array]:
         mass = np.where(np.isinf(mass), 0.0, mass)
     squares = vx * vx + vy * vy
     if drop:
-        squares += drop * np.isin(rows["code"], (INSERTED, ACCELERATED, MOVED))
+        squares += drop * np.isin(rows["code"], _FALLING)
     return mass, squares
 
 

@@ -1,6 +1,6 @@
 """The engine: the Python side of the kernel, which works between two chunks of the compiled loop.
 
-``layout`` and ``bounds`` return tables and bounds for it. Above it are commands by hand (``orders``), spans
+``layout`` and ``bounds`` return tables and bounds for it. Above it are commands by hand (``by_hand``), spans
 of the clock (``spans``), and going back (``kept``).
 
 There is one way to make a structure: build it at the present moment (``lay_out``), as at the start. So it is
@@ -410,8 +410,13 @@ class Engine(Tables):
         """Enlarges the bodies for this speed and arranges the present structure; the loop builds it next.
         Raises Refused, with nothing changed, if the broad phase does not accept the skin."""
         if self.k.clock[0].present != self.k.clock[0].bodies:  # some slots are empty
-            self.bounds = self.bounds._replace(speed=speed)
-            self.renew()
+            before = self.bounds
+            self.bounds = before._replace(speed=speed)
+            try:
+                self.renew()
+            except Refused:
+                self.bounds = before
+                raise
             return
         k = self.k
         clock = k.clock[0]
@@ -489,13 +494,19 @@ class Engine(Tables):
     # Phases prepared again
 
     def renew(self) -> None:
-        """Prepares the phases for the present bodies, and lays the tables out for them."""
+        """Prepares the phases for the present bodies, and lays the tables out for them. Raises Refused, with
+        nothing changed, if one does not accept that."""
         self._go_on_with(layout.renewed(self.k, self.scene, self.composition))
 
     def _go_on_with(self, new: layout.Renewed) -> None:
+        was = self.composition, self.k, self.state, self.loop, self.is_ready
         self.composition, self.k, self.state = new.composition, new.k, new.composition.broad.state
         self._take_loop(self.commands)
-        self.lay_out(self.speed)
+        try:
+            self.lay_out(self.speed)
+        except Refused:  # by the skin: the tables of before are as they were
+            self.composition, self.k, self.state, self.loop, self.is_ready = was
+            raise
 
     def _take_loop(self, commands: Commands) -> None:
         loop = self.composition.loop(commands)
@@ -532,7 +543,7 @@ class Engine(Tables):
             if commands == Commands.ALL and self.composition.living:
                 self._go_on_with(layout.renewed(self.k, self.scene, self.composition, roomy=True))
 
-    # Commands by hand (``orders``)
+    # Commands by hand (``by_hand``)
 
     def demand_a_run(self) -> None:
         """Raises the error with which the run has ended, unless a command may end that."""

@@ -22,9 +22,9 @@ from kinetile.kernel.tables import (
     FORM,
     IMAGE,
     KEPT,
+    NEGATIVE_PARTNERS,
     NOBODY,
     PASSING,
-    THEMSELVES,
     TRAIT,
     Kernel,
     Records,
@@ -63,7 +63,7 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
     k = _allocated(n, composition)
     slots = np.full(numbers, NOBODY, dtype=np.int32)
     slots[plans["number"]] = np.arange(n)
-    places = np.append(slots, THEMSELVES)
+    places = np.append(slots, NEGATIVE_PARTNERS)
     for table in (k.queue, k.bodies, k.traits, k.images):
         copy_carried(plans, table[:n], places)
     k.radii[:n], k.mass[:n] = plans["radius"], plans["mass"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from kinetile.arrays import Rows
 from kinetile.kernel.clock import TICKS, Clock
-from kinetile.kernel.log import ACCELERATED, CONTACT, HELD, INSERTED, LOG, MET, MOVED, Fingerprint
+from kinetile.kernel.log import ACCELERATED, CONTACT, CONTACT_ROW, HELD, INSERTED, LOG, MOVED, Fingerprint
 from kinetile.kernel.plan import Plan
 from kinetile.kernel.tables import PAGE, ROW, Kernel, record_table
 from kinetile.run.engine.fields import Fields
@@ -135,7 +135,7 @@ class Ledger:
         if self._chunks < len(self._waiting):
             with Unbroken():
                 for epoch, kept in self._waiting[self._chunks :]:
-                    met = np.empty(len(kept), MET)
+                    met = np.empty(len(kept), CONTACT_ROW)
                     met["epoch"] = (kept["when"] >> 52) + epoch
                     met["tick"] = kept["when"] & (TICKS - 1)
                     met.view("i8")[2::3] = kept.view("i8")[1::2]  # both numbers at once
@@ -192,7 +192,7 @@ class Ledger:
         if logged and self.pending_events is not None:
             self.pending_events += np.asarray(k.met)[:logged].tolist()
         if logged:
-            met = np.frombuffer(k.met, MET, logged)
+            met = np.frombuffer(k.met, CONTACT_ROW, logged)
             if self.keeps:
                 self._waiting.append(_kept(met, self._room_for(logged)))
                 self._total += logged

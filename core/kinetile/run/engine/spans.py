@@ -138,7 +138,7 @@ def quiet_spans(
 
 @hook
 def flown(place: float, step: float, times: int, period: float) -> tuple[float, int]:
-    """Return, bit for bit, where ``place += step`` leads, rounded ``times`` times and each time without its
+    """Returns, bit for bit, where ``place += step`` leads, rounded ``times`` times and each time without its
     periods (0: no period); and how many periods were taken off.
 
     Between two powers of two all doubles are multiples of one number, so each sum there is rounded by the
@@ -175,8 +175,8 @@ def flown(place: float, step: float, times: int, period: float) -> tuple[float, 
 
 @template
 def anchor_many(k: Kernel, body: int, spans: int) -> None:
-    """Anchor a plan at each second beat from the first at which it is old, in ``spans`` spans from the end of
-    this one, 4 at least; and count its anchor from their end."""
+    """Anchors a plan at each second beat from the first at which it is old, in ``spans`` spans from the end
+    of this one, 4 at least; and count its anchor from their end."""
     beat = BEAT if PERIODIC else SPAN
     plan = k.bodies[body]
     first = plan.anchor // beat + 2
@@ -197,7 +197,7 @@ def anchor_many(k: Kernel, body: int, spans: int) -> None:
 
 
 def pass_spans(k: Kernel, spans: int) -> None:
-    """Anchor plans as in ``spans`` spans after this one, and count their anchors from there; a template."""
+    """Anchors plans as in ``spans`` spans after this one, and count their anchors from there; a template."""
     k = disowned(k)
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:

@@ -13,9 +13,9 @@ from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import CONTACT, Fingerprint
 from kinetile.kernel.tables import (
     CARRIED_ROWS,
+    NEGATIVE_PARTNERS,
     NEVER,
     NOBODY,
-    THEMSELVES,
     Kernel,
     begun,
     copy_carried,
@@ -44,7 +44,7 @@ class Contents(NamedTuple):
 
 def contents_of(k: Kernel) -> Contents:
     """Returns the contents of tables, as copies."""
-    taken, number = slots_taken(k), np.append(k.queue.view(np.ndarray)["number"], THEMSELVES)
+    taken, number = slots_taken(k), np.append(k.queue.view(np.ndarray)["number"], NEGATIVE_PARTNERS)
     plans, clock = begun(np.zeros(len(taken), CARRIED_ROWS["plans"])), np.zeros(1, CARRIED_ROWS["clock"])
     plans["mass"] = k.mass[taken]
     for table in (k.queue, k.bodies, k.traits, k.images):
@@ -61,7 +61,7 @@ def passings_of(k: Kernel) -> Array:
     live = k.passings.view(np.ndarray)
     live = live[live["a"] >= 0]
     passings = np.zeros(len(live), CARRIED_ROWS["passings"])
-    copy_carried(live, passings, np.append(k.queue.view(np.ndarray)["number"], THEMSELVES))
+    copy_carried(live, passings, np.append(k.queue.view(np.ndarray)["number"], NEGATIVE_PARTNERS))
     passings.sort(order=("a", "b", "m", "n"))
     return passings
 

@@ -18,7 +18,7 @@ from kinetile.kernel.certificates.plans import Plans, plans_of
 from kinetile.kernel.certificates.shapes import enters
 from kinetile.kernel.certificates.walls import reaches
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
-from kinetile.kernel.features import MIXED, PASSINGS, PERIODIC
+from kinetile.kernel.features import PASSINGS, PERIODIC, UNEQUAL
 from kinetile.kernel.images import discs_touch, first_image, first_image_of
 from kinetile.kernel.loop.predictions import barred_with, meeting
 from kinetile.kernel.loop.responses import overlap_now
@@ -286,7 +286,7 @@ reach_wall = to_be_filled_in
 def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
     """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
     k = disowned(k)
-    barred = NOBODY if PERIODIC or MIXED else barred_with(k, body)
+    barred = NOBODY if PERIODIC or UNEQUAL else barred_with(k, body)
     for i in range(len(others)):
         other = others[i]
         if other != body and other != barred:

@@ -30,7 +30,7 @@ import numpy as np
 from kinetile.arrays import Array
 from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
-from kinetile.kernel.log import ANSWER, CONTACT, LOG, MET, Fingerprint, digestible
+from kinetile.kernel.log import ANSWER, CONTACT, CONTACT_ROW, LOG, Fingerprint, digestible
 from kinetile.kernel.tables import CARRIED_ROWS, COMMAND
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
@@ -289,16 +289,16 @@ def _scene(scene: Scene) -> list[Any]:
 
 def _entries(entries: Entries, arrays: Arrays) -> dict[str, Any]:
     arrays |= {f"unrecorded.{number}": rows for number, rows in enumerate(entries.unrecorded)}
-    arrays["pending_events"] = np.array(list(entries.pending_events), MET)
+    arrays["pending_events"] = np.array(list(entries.pending_events), CONTACT_ROW)
     found: dict[str, Any] = {
         "rows": entries.rows,
         "fingerprint": entries.digest.hexdigest(),
         "unrecorded": len(entries.unrecorded),
     }
     if entries.contacts is None:
-        arrays["open"] = np.frombuffer(bytes(entries.digest.rows), MET)
+        arrays["open"] = np.frombuffer(bytes(entries.digest.rows), CONTACT_ROW)
         return found | {"chain": entries.digest.chain.hex()}
-    arrays["contacts"] = np.frombuffer(digestible(entries.contacts), MET)
+    arrays["contacts"] = np.frombuffer(digestible(entries.contacts), CONTACT_ROW)
     return found
 
 
@@ -306,9 +306,9 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
     unrecorded = tuple(_rows(arrays, f"unrecorded.{number}", LOG) for number in range(content["unrecorded"]))
     if "chain" in content:
         contacts = None
-        digest = Fingerprint(bytes.fromhex(content["chain"]), _rows(arrays, "open", MET).tobytes())
+        digest = Fingerprint(bytes.fromhex(content["chain"]), _rows(arrays, "open", CONTACT_ROW).tobytes())
     else:
-        met = _rows(arrays, "contacts", MET)
+        met = _rows(arrays, "contacts", CONTACT_ROW)
         contacts = np.zeros(len(met), CONTACT)
         for name in met.dtype.names or ():
             contacts[name] = met[name]
@@ -318,7 +318,7 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
         digest.update(met.tobytes())
     if digest.hexdigest() != content["fingerprint"]:
         raise ValueError("its fingerprint is not that of its contacts")
-    pending = _rows(arrays, "pending_events", MET)
+    pending = _rows(arrays, "pending_events", CONTACT_ROW)
     if not ((pending["a"] >= 0) & (np.maximum(pending["a"], pending["b"]) < numbers)).all():
         raise ValueError("a contact is of a body that has never been there")
     return Entries(content["rows"], contacts, digest, unrecorded, tuple(pending.tolist()))

@@ -15,11 +15,13 @@ from inside import engine_of
 from kinetile import StopAt
 from kinetile.errors import Refused, ZenoError
 from kinetile.kernel.log import INSERTED, TURNED
-from kinetile.kernel.tables import COMMAND, allocate
+from kinetile.kernel.tables import COMMAND, Role, allocate, column, declared
 from kinetile.run.arguments import read_insertion
-from kinetile.run.engine import orders
+from kinetile.run.engine import by_hand
+from kinetile.run.engine import engine as engines
 from kinetile.run.engine.commands import LAST, History, to_the_front
 from kinetile.run.engine.fields import Tables
+from kinetile.run.engine.state import contents_of
 from kinetile.scene.files import dumps_scene, loads_scene
 from lanes import BUILT_IN, examples, first
 
@@ -101,8 +103,8 @@ def test_rows_of_commands_wait_for_the_next_recorder_with_their_own_times():
 
 def test_energy_is_not_summed_up_for_each_command(monkeypatch):
     sim = kt.Simulation(kt.make_scene("grid", bodies=25, density=0.2, seed=1), "cells", live=True)
-    calls, summed, random = [], orders.squares_of_bodies, np.random.default_rng(1)
-    monkeypatch.setattr(orders, "squares_of_bodies", lambda k: calls.append(k) or summed(k))
+    calls, summed, random = [], by_hand.squares_of_bodies, np.random.default_rng(1)
+    monkeypatch.setattr(by_hand, "squares_of_bodies", lambda k: calls.append(k) or summed(k))
     for frame in range(20):
         sim.set_velocities(np.arange(8), random.normal(0.0, 0.5, (8, 2)))
         body, place = sim.bodies[-1], sim.positions()[-1]
@@ -441,3 +443,43 @@ def test_a_body_that_came_far_away_among_bodies_at_rest_had_the_skin_of_before()
     before = engine_of(sim).bounds.skin.delta
     sim.insert((1e6, 0.0), (0.0, 0.0), 0.5)
     assert engine_of(sim).bounds.skin.delta > before
+
+
+@pytest.mark.parametrize(
+    "more", [{}, {"gravity": (0.0, -1.0)}, {"periodic": "xy"}, {"kind": ["a", "b", "a"]}]
+)
+def test_a_body_has_nothing_of_the_one_that_had_its_slot(more):
+    """A field that ``insert_body`` forgets would be that of a body that has gone."""
+    scene = kt.Scene([(1.0, 1.0), (3.0, 1.0), (5.0, 3.0)], np.ones((3, 2)), 0.25, arena=(8.0, 8.0), **more)
+    found = []
+    for odd in (False, True):
+        sim = kt.Simulation(scene, "cells", live=True, compiled=False)
+        sim.run(0.5)
+        sim.remove(1)
+        k = engine_of(sim).k
+        empty = k.queue["number"] < 0
+        for table in (k.bodies, k.traits, k.images) if odd else ():
+            for field in declared(table.dtype, Role.CARRIED) if len(table) else ():
+                column(table, field.name)[empty] = 7
+        assert sim.insert((6.0, 6.0), (0.5, 0.25), 0.25) == 3
+        assert empty[engine_of(sim).k.slots[3]]
+        found.append(contents_of(engine_of(sim).k))
+    assert (found[0].plans == found[1].plans).all()
+
+
+def test_a_skin_that_is_refused_with_an_empty_slot_left_other_tables(monkeypatch):
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9), "cells", live=True, compiled=False)
+    sim.remove(4)
+    engine = engine_of(sim)
+    before = engine.k, engine.bounds, engine.composition
+
+    def refuses(scene: kt.Scene, limit: float | None = None) -> float:
+        raise Refused("too thick")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(engines, "margin_of", refuses)
+        with pytest.raises(Refused, match="too thick"):
+            engine.lay_out(2.0 * engine.speed)
+    assert (engine.k, engine.bounds, engine.composition) == before
+    sim.run(1.0)
+    sim.audit()

@@ -15,7 +15,7 @@ import broken_phases
 import kinetile as kt
 from inside import engine_of
 from kinetile.errors import BadOption, BusyError, RecordError
-from kinetile.kernel.log import MET, Fingerprint
+from kinetile.kernel.log import CONTACT_ROW, Fingerprint
 from kinetile.kernel.tables import JAMMED, Quantity, declared
 from kinetile.run.saving import files
 from kinetile.run.saving.files import note
@@ -192,7 +192,7 @@ def chained(rows: bytes) -> str:
 @pytest.mark.parametrize("length", [0, 1, 4095, 4096, 4097, 8192, 8193, 20_000])
 def test_a_fingerprint_is_a_chain_of_blocks_in_whatever_pieces_the_rows_come(length):
     random = np.random.default_rng(length)
-    rows = random.integers(0, 256, 24 * length, dtype=np.uint8).view(MET)
+    rows = random.integers(0, 256, 24 * length, dtype=np.uint8).view(CONTACT_ROW)
     for _ in range(6):
         made = Fingerprint()
         for piece in np.split(rows, np.sort(random.integers(0, length + 1, 5))):

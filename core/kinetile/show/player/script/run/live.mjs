@@ -194,11 +194,12 @@ export class Live {
     const y = by + bvy * (since - b.since) - (ay + avy * (since - a.since));
     const [nears, gap, square] = [x * vx + y * vy, x * x + y * y - r * r, vx * vx + vy * vy];
     if (nears >= 0n) return null;
-    if (gap <= 0n) return since;
+    if (gap <= 0n) return square + 2n * nears < 0n ? since : null; // deeper at the next tick
     const under = nears * nears - square * gap;
     if (under <= 0n) return null;
     const after = floorDivide(-nears - rootAbove(under), square);
-    return after < FAR ? since + after : null;
+    const end = after + 1n; // a visit that is over by then is none
+    return after < FAR && gap + (2n * nears + square * end) * end < 0n ? since + after : null;
   }
 
   /** Rule 9: two bodies that are anchored exchange momentum. */

@@ -16,16 +16,16 @@ import numpy as np
 
 from kinetile.arrays import Rows
 from kinetile.errors import NoRoom, Refused
-from kinetile.kernel.log import INSERTED, OF_KIND, REMOVED
+from kinetile.kernel.log import INSERTED, REMOVED
 from kinetile.kernel.loop.commands import FREE
 from kinetile.run.compose import Commands
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
-from kinetile.run.engine.commands import COMMAND_ROWS, PACKED, STILL, squares_of
+from kinetile.run.engine.commands import COMMAND_ROWS, STILL, packed, squares_of
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.failures import blocked
 from kinetile.run.engine.kept import unchanged_if
 from kinetile.scene import Scene
-from kinetile.scene.commands import COME_OR_GO, OF_CODE
+from kinetile.scene.commands import COME_OR_GO, OF_CODE, Does
 from kinetile.toolbox.reach import fastest
 
 
@@ -34,7 +34,7 @@ def command_rows(
 ) -> Rows:
     """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and mass as
     in ``STILL``; the caller fills in the others of several, and other effects."""
-    row = PACKED.pack(engine.now, *disc, body, code, engine.met_now, 0.0, 0.0, 0, 0, 0, 0, 0.0)
+    row = packed(engine.now, disc, body, code, engine.met_now)
     return np.frombuffer(bytearray(row * many), COMMAND_ROWS)
 
 
@@ -104,7 +104,7 @@ class _Need(NamedTuple):
 def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
     commands = Commands.ALL if OF_CODE[code] in COME_OR_GO else Commands.TURNS
     bounds, speed = engine.bounds, None
-    if code not in (REMOVED, OF_KIND):  # which make nothing faster
+    if Does.FASTER in OF_CODE[code].does:
         bounds, needed = _bounds_with(engine, rows, code)
         if needed > engine.speed:
             speed = 2.0 * needed
@@ -119,7 +119,7 @@ def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
     """Returns the bounds with the energy of commands of one code, and where they put bodies, and the largest
     speed of a body then."""
     lightest, smallest, squares, speed, extent, skin = engine.bounds
-    if OF_CODE[code].brings and not engine.bounded:
+    if Does.BRINGS in OF_CODE[code].does and not engine.bounded:
         far = max(map(abs, (*rows["x"].tolist(), *rows["y"].tolist())))
         extent = extent if far <= extent else 2.0 * far
     if code == INSERTED:
