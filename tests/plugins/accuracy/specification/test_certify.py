@@ -242,12 +242,12 @@ def test_a_turn_that_is_left_out_or_is_another(turning):
     at = int(np.flatnonzero(rows["b"] == -5)[0])
     index, why = wrong(scene, np.delete(rows, at))
     assert index == at
-    assert "a turn of body 3 at" in why
+    assert "the turn of body 3 at" in why
     other = rows.copy()
     other["avx"][at] = 0.75
     assert wrong(scene, other) == (
         at,
-        "vx of body 3 after a turn of body 3 is 0.75; by rules 4 and 9 it is 0.5",
+        "vx of body 3 after the turn of body 3 is 0.75; by rules 4 and 9 it is 0.5",
     )
     invented = np.insert(rows, 2, rows[at])
     invented["tick"][2] = rows["tick"][1] + 1
