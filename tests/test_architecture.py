@@ -182,3 +182,25 @@ def test_a_flight_plan_is_evaluated_in_one_place():
             f"{path} has {found}, a place + velocity * time: call position_after of kernel/plan.py "
             "(position_at in a hook, that of plan.mjs in a page), or change EVALUATES"
         )
+
+
+ELSEWHERE = {"NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "FILE", "QUESTIONS"}
+"""Variables of the environment, and arguments of commands."""
+
+
+def test_a_docstring_named_what_had_another_name_by_then():
+    """A name in capitals is a constant's; one with a module before it is one of that module."""
+    source = {
+        file: file.read_text(encoding="utf-8")
+        for root in (CORE, PLUGINS)
+        for file in sorted(root.rglob("*.py"))
+    }
+    code = {file: re.sub(r'"""(?:.|\n)*?"""', "", text) for file, text in source.items()}
+    known = {name for text in code.values() for name in re.findall(r"\b[A-Z][A-Z_0-9]{2,}\b", text)}
+    for file, text in source.items():
+        for module, name in re.findall(r"``(?:([\w.]+)\.)?([A-Z][A-Z_0-9]{2,})``", text):
+            path = module.replace(".", "/")
+            where = [each for each in code if path in (each.with_suffix("").as_posix()[-len(path) :], "")]
+            where += [each for each in code if each.as_posix().endswith(f"{path}/__init__.py")]
+            there = any(re.search(rf"\b{name}\b", code[each]) for each in where)
+            assert name in ELSEWHERE or (there if module else name in known), f"{file}: {module}.{name}"

@@ -74,17 +74,17 @@ def kinetile_narrow_phases() -> list[NarrowPhaseSpec]:
 @hookimpl
 def kinetile_responses() -> list[ResponseSpec]:
     """Lists the built-in responses."""
-    rooms = "kinetile_plugins.responses"
+    module = "kinetile_plugins.responses"
     return [
-        ResponseSpec("elastic", f"{rooms}:Elastic", "what the narrow phases do: nothing is lost"),
-        ResponseSpec("pass", f"{rooms}:Pass", "nothing changes: begin and end of a passing"),
+        ResponseSpec("elastic", f"{module}:Elastic", "what the narrow phases do: nothing is lost"),
+        ResponseSpec("pass", f"{module}:Pass", "nothing changes: begin and end of a passing"),
         ResponseSpec(
             "restitution",
-            f"{rooms}:Restitution",
+            f"{module}:Restitution",
             "a share e of the closing speed comes back",
             frozenset({"dissipative"}),
         ),
-        ResponseSpec("stop", f"{rooms}:Stop", "both come to rest", frozenset({"dissipative"})),
+        ResponseSpec("stop", f"{module}:Stop", "both come to rest", frozenset({"dissipative"})),
     ]
 
 

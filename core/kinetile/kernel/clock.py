@@ -20,7 +20,7 @@ SPAN = 1 << 61
 
 
 LONGEST_UNIT = 2.0**100
-"""So ``checks.LARGEST`` as a speed, for two spans, squared, is still a double."""
+"""So ``scene.checks.LARGEST`` as a speed, for two spans, squared, is still a double."""
 
 
 def time_unit(extent: float, speed: float, most: float = 1.0) -> float:

@@ -12,8 +12,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Feature(NamedTuple):
-    """What a loop with it does, what of a scene or of its phases sets it, and the words by which
-    ``Simulation.explain()`` names it: "" where it says nothing, as of what changes no answer."""
+    """What a loop with it does, what of a scene or of its phases sets it, and words that are in what
+    ``Simulation.explain()`` says of such a scene: "" where it says nothing, as of what changes no answer."""
 
     name: str
     does: str

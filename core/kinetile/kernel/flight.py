@@ -1,8 +1,8 @@
 """Flight plans, and what a contact changes in them.
 
-The time since a plan's anchor is a difference of integer ticks, hence exact however late the clock is. A
-plan is anchored again by a contact or a turn, never by a structural event, so that a trajectory is a function
-of the scene alone. What a plan says of a time is in ``kernel.plan``.
+The time since a plan's anchor is a difference of integer ticks, hence exact however late the clock is. A plan
+is anchored again by a contact, a command or the clock, never by a structural event, so that a trajectory is a
+function of the scene alone. What a plan says of a time is in ``kernel.plan``.
 
 At a contact two bodies exchange momentum along a normal. That is computed to half an ulp: what is lost there
 is lost at every contact of the same two bodies, and energy would drift in proportion to the contacts.

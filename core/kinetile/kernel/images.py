@@ -134,7 +134,7 @@ def wrap(k: Kernel, body: int) -> None:
 
 @template
 def anchor(k: Kernel, body: int, tick: int) -> None:
-    """Anchors a body's plan at a tick, without changing its velocity."""
+    """Anchors a body's plan at a tick: it moves as before."""
     anchor_at(k, k.bodies[body], tick)
     wrap(k, body)
 

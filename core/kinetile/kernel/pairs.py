@@ -6,11 +6,10 @@ calls is *offered*, and one of its bodies looks at the other. Nothing need be sa
 Sweep-and-prune knows its pairs only by their history. For such phases there is the *pair set*: ``add_pair``,
 ``remove_pair``, and ``pairs_of``, which answers ``near`` with a body's list. A pair is found by its bodies
 through an open-addressing table (linear probing, deletion by shifting back, no tombstones) and by each of its
-bodies through a list threaded through the pairs' records (``tables.HELD``), of which ``firsts[body]`` is the
-head, or -1. Both together cost O(1) a change, and memory grows with the pairs there are, not with the pairs
-there could be. A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so a
-broad phase that finds a pair for several reasons need not count them itself.
-"""
+bodies through a list threaded through the pairs' records (``tables.HELD_PAIR``), of which ``firsts[body]`` is
+the head, or -1. Both together cost O(1) a change, and memory grows with the pairs there are, not with the
+pairs there could be. A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so
+a broad phase that finds a pair for several reasons need not count them itself."""
 
 from typing import Any
 

@@ -172,14 +172,14 @@ RESTING_BODY = record(*declared(ACCELERATED_BODY), *RESTS)
 RESTING_SHAPED = record(*declared(ACCELERATED_SHAPED), *RESTS)
 
 ENTRY = record(
-    ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under: the first of the next three
+    ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under
     ("own", "i8", DUE, DERIVED),  # when its structural certificate fails
     ("tick", "i8", DUE, DERIVED),  # its first contact with another body: not before this, or exactly then
     ("wall", "i8", DUE, DERIVED),  # its contact with a wall, or NOT_ASKED
     ("guard", "i8", DUE, DERIVED),  # every other contact of the body is not before this
     ("partner", "i4", SLOT, DERIVED),  # the body that it meets at tick
     ("seen", "i4", COUNT, DERIVED),  # the partner's stamp when this was worked out
-    ("kind", "i4", VALUE, DERIVED),  # what the key is: STRUCTURAL, GUESS, WALL or PAIR
+    ("kind", "i4", VALUE, DERIVED),  # what the key is, from CHORD to PARTING
     ("exact", "i4", VALUE, DERIVED),  # whether tick is exact
     ("number", "i4", NUMBER, CARRIED),  # of the body in this slot, or NOBODY: the slot is empty
     ("spare", "i4", VALUE, DERIVED),  # a record is a cache line

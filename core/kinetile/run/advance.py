@@ -61,8 +61,8 @@ EVENT_KINDS: dict[int, EventKind] = {
     PARTING: "part",
     **_COMMANDS,
 }
-"""The kinds of events by what the loop notes of the next one (``kernel.tables.NEXT``). A plan that is only
-anchored again has none: users do not see it."""
+"""The kinds of events by what the loop notes of the next one (``kernel.tables.NEXT_EVENT``). A plan that is
+only anchored again has none: users do not see it."""
 
 
 class End(NamedTuple):
@@ -323,11 +323,11 @@ def next_event(engine: Engine) -> Event | None:
     planned = engine.next_command
     if planned is not None and (event is None or planned.ticks < event.epoch * TICKS + event.tick):
         event = Event(*engine.clock.moment(planned.ticks), _COMMANDS[planned.code], (planned.body,))
-    return _first_parting(engine, event) if event is not None and event.kind == "remove" else event
+    return _first_parting(engine, event) if event is not None and _CODES.get(event.kind) in _TAKES else event
 
 
 def _first_parting(engine: Engine, removal: Event) -> Event:
-    """Returns the first event of a removal: the first passing that it ends, if there is one."""
+    """Returns the first event of a removal, or a move: the first passing that it ends, if there is one."""
     k, number = engine.k, removal.bodies[0]
     slot = int(k.slots[number])
     pairs = k.passings[(k.passings.a == slot) | ((k.passings.a >= 0) & (k.passings.b == slot))]
@@ -338,7 +338,7 @@ def _first_parting(engine: Engine, removal: Event) -> Event:
 
 
 class _Next(NamedTuple):
-    """What comes next, as ``kernel.tables.NEXT`` has it."""
+    """What comes next, as ``kernel.tables.NEXT_EVENT`` has it."""
 
     tick: int
     kind: int

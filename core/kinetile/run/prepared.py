@@ -25,7 +25,8 @@ class Prepared(Scene):
 
     @classmethod
     def of(cls, scene: Scene, capacity: int | None = None) -> "Prepared":
-        """Returns a scene with room for ``capacity`` bodies; None: twice those present, at least LEAST."""
+        """Returns a scene with room for ``capacity`` bodies; None: twice those present, at least
+        LEAST_SLOTS."""
         room = max(2 * len(scene), LEAST_SLOTS) if capacity is None else capacity
         copy = object.__new__(cls)
         of_the_start = {"_ruled": scene._ruled, "movable_shapes": scene.movable_shapes}

@@ -33,7 +33,7 @@ class Readings:
         inserted: inserted bodies.
         removed: removed bodies.
         structural_events: failures of the broad phase's own certificates.
-        events: all of the above together.
+        events: contacts, commands and structural events together.
         certificates_updated: number of times that the broad phase scheduled a body's certificate.
         newcomers: pairs that the broad phase reported as newly near, without the static construction.
         partners_asked: candidate checks: bodies that the broad phase named for another, by a bound if the

@@ -323,3 +323,14 @@ def test_a_body_that_comes_is_watched_where_no_kinds_are_named(kind):
     by_hand = sim.insert((3.0, 1.0), (2.0, 0.0), 0.25)
     found = stops(sim, kt.StopAt(kinds=[kind or 0]), 1.25)
     assert [(event.time, event.bodies) for event in found] == [(0.375, (by_hand,)), (1.125, (1,))]
+
+
+def test_the_next_event_was_the_move_of_a_passing_body_and_the_step_returned_the_end_of_its_passing():
+    sim = kt.Simulation(on_top(commands=[kt.Move(0, 0.125, (1.0, 3.0))]), "cells")
+    assert sim.step().kind == "pass"
+    for _ in range(3):
+        event = sim.next_event
+        assert event == sim.step()
+        if event.kind == "move":
+            return
+    pytest.fail("it was not moved")

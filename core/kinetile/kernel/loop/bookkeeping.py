@@ -100,8 +100,8 @@ def log_is_full(k: Kernel, rows: int) -> bool:
 
 ANY_BEGIN, SOME, ENDS = 1, 2, 4
 """Flags of ``k.watch``: a body is watched at every contact; it is in a pair of ``k.watched``; the ends of its
-passings are watched, too. In ``k.watched_kinds`` ANY is a contact that begins, and ENDS the end of a passing;
-a wall has one flag for each side, from the left one on."""
+passings are watched, too. In ``k.watched_kinds`` ANY_BEGIN is a contact that begins, and ENDS the end of a
+passing; a wall has one flag for each side, from the left one on."""
 
 
 @hook

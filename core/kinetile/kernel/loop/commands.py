@@ -1,12 +1,13 @@
 """Commands: changes from outside, each at a tick of its own, in the order in which they were given.
 
-A command turns a body, moves it, gives it another kind, inserts one or removes one. The clock also anchors
-plans again, which changes no velocity. Commands run after the structural events of their tick and before its
-contacts: a body is inserted into a structure that is in order, and a removed one is out of it before the next
-contact is computed. A command given at a stop between two contacts of one tick says after how many of them it
-came (``after``), so that a repeated run carries it out at the same place.
+A command turns a body, accelerates it, moves it, gives it another kind, inserts one or removes one. The clock
+also anchors plans again, by which no body moves otherwise. Commands run after the structural events of their
+tick and before its contacts: a body is inserted into a structure that is in order, and a removed one is out
+of it before the next contact is computed. A command given at a stop between two contacts of one tick says
+after how many of them it came (``after``), so that a repeated run carries it out at the same place.
 
-A body that moves is removed and inserted again in one step, with its number and all else that it has.
+A body that moves is removed and inserted again in one step, with its number, velocity, size and kind: as if
+it had met nobody yet.
 
 An inserted body must have room: it may touch others and the walls of the arena, and overlap them by no more
 than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed. So

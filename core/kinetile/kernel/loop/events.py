@@ -7,7 +7,7 @@ has made sure of that.
 
 from typing import Any
 
-from kinetile.kernel.compiled import hook, larger, smaller, template, to_be_filled_in
+from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
 from kinetile.kernel.features import (
     ACCELERATIONS,
     FOREIGN,
@@ -19,6 +19,7 @@ from kinetile.kernel.features import (
     UNEQUAL,
     WALLED,
 )
+from kinetile.kernel.flight import since_origin
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
 from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
@@ -206,12 +207,17 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     return REPLAN
 
 
-@hook
+@template
 def put_back(k: Kernel, body: int) -> None:
-    """Gives a body back its velocity before a contact that cannot be resolved."""
+    """Gives a body back its velocity before a contact that cannot be resolved; nearly, where accelerated."""
     before = k.places[body]
-    k.bodies[body].vx = before.vx
-    k.bodies[body].vy = before.vy
+    plan = k.bodies[body]
+    plan.vx = before.vx
+    plan.vy = before.vy
+    if ACCELERATIONS:
+        since = since_origin(k, plan.anchor)
+        plan.vx += plan.ax * since
+        plan.vy += plan.ay * since
 
 
 @template

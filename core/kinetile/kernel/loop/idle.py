@@ -1,4 +1,4 @@
-"""Hooks in the place of those that a phase does not have, which return a value (others: ``NOTHING``)."""
+"""Hooks in place of those that a phase does not have, which return a value (others: ``compiled.NOTHING``)."""
 
 from typing import NamedTuple
 

@@ -29,11 +29,10 @@ before its guard, so c was computed exactly, and of several contacts at one tick
 numbers: {c, e} is before {c, d}.
 
 A guess that becomes exact at tick t *runs at once*, without being filed, if t is before everything else in
-its slice of the calendar and before the slice's end, before ``own`` of both bodies, before the next turn and
-the end of the run, before the partner's key (or, if that is this same contact in the partner's entry, before
-its ``guard``), and if neither body can be at a wall by then. By the same reasoning all other contacts,
-failures and walls are later than t, with no tie. ``Simulation(..., audit=N)`` checks all of it, slowly.
-"""
+its slice of the calendar and before the slice's end, before ``own`` of both bodies, before the next command
+and the end of the run, before the partner's key (or, if that is this same contact in the partner's entry,
+before its ``guard``), and if neither body can be at a wall by then. By the same reasoning all other contacts,
+failures and walls are later than t, with no tie. ``Simulation(..., audit=N)`` checks all of it, slowly."""
 
 from typing import Any
 

@@ -1,8 +1,8 @@
 """Responses: what happens where two bodies meet, or a body and a wall, and which pairs pass.
 
-The table ``k.rules`` has a row for each two kinds and for each kind and a wall. Its response is ``ELASTIC``
-(what the narrow phase does), ``PASS`` (nothing changes), or one of the hooks that are composed into the loop.
-A loop for a scene without rules has none of this in it.
+The table ``k.rules`` has a row for each two kinds and for each kind and a wall. Its response is
+``IS_ELASTIC`` (what the narrow phase does), ``IS_PASS`` (nothing changes), or one of the hooks that are
+composed into the loop. A loop for a scene without rules has none of this in it.
 
 A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
 part, or one of them goes; where an axis is periodic, through one image, and several may last at a time.

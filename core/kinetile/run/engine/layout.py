@@ -237,6 +237,8 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
 
 def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Composition) -> Renewed:
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
+    if len(k.pairs) > len(new.pairs):  # they have outgrown what the phase asks for
+        new = pair_set(new, len(k.pairs))
     watched = {name: getattr(k, name) for name in ("watch", "watched", "watched_kinds")}
     new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, **watched)
     for field in declared(k.clock.dtype, KEPT):

@@ -35,7 +35,7 @@ RowFunction = Callable[[Rows], None]
 
 
 ContactRow = tuple[int, int, int, int]
-"""A contact as the fingerprint reads it (``kinetile.kernel.log.MET``): epoch, tick, a, b."""
+"""A contact as the fingerprint reads it (``kinetile.kernel.log.CONTACT_ROW``): epoch, tick, a, b."""
 
 
 class Entries(NamedTuple):
@@ -165,7 +165,8 @@ class Ledger:
         observer: RowFunction | None = None,
     ) -> AbstractContextManager[None]:
         """A context in which a recorder is given all rows, first those that have waited, ``observer`` the
-        others, and ``counter`` the short rows of contacts (``kernel.tables.MET``), valid during the call."""
+        others, and ``counter`` the short rows of contacts (``kernel.log.CONTACT_ROW``), valid during the
+        call."""
         waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer

@@ -31,9 +31,9 @@ from kinetile.scene.shapes import Shape
 
 
 class Contents(NamedTuple):
-    """What is carried of tables, in records of the types ``ROWS``: (n,) flight plans in the order of numbers,
-    each with what belongs to its body; (m,) pairs that pass through each other, by numbers, in their order;
-    the commands that wait; the counts; and the clock. Slots are numbers of bodies in it."""
+    """What is carried of tables, in records of the types ``CARRIED_ROWS``: (n,) flight plans in the order of
+    numbers, each with what belongs to its body; (m,) pairs that pass through each other, by numbers, in their
+    order; the commands that wait; the counts; and the clock. Slots are numbers of bodies in it."""
 
     plans: Array
     passings: Array

@@ -7,7 +7,7 @@ event by event, which costs a hundred times as much, to record the structure bet
 A page begins with the flight plans at the start of its window and continues from row to row, as a run does.
 Most of a row follows from the plans before it: a body is at the position of its plan, mostly to the last
 bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
-is half as large. The same prediction is in ``script/rows.mjs``, operation by operation.
+is half as large. The same prediction is in ``script/run/rows.mjs``, operation by operation.
 
 A shape of the structure moves with its bodies, so it is recorded once for its whole life, which a new
 certificate with another failure time ends.
@@ -102,7 +102,7 @@ def record(
     """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
     number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
     fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to
-    ``MOST_PAIRS`` at the beginning, without steps of up to as many bodies."""
+    ``PAIRS_DRAWN`` at the beginning, without steps of up to as many bodies."""
     rows = BoundedRows(MOST_ROWS, scene)
     clock = rows.clock
     notes: list[str] = []

@@ -483,3 +483,15 @@ def test_a_skin_that_is_refused_with_an_empty_slot_left_other_tables(monkeypatch
     assert (engine.k, engine.bounds, engine.composition) == before
     sim.run(1.0)
     sim.audit()
+
+
+def test_pairs_that_had_outgrown_their_table_had_no_more_room_where_a_slot_was_empty():
+    sim = kt.Simulation(kt.make_scene("grid", bodies=9), "sap-2d", live=True, compiled=False)
+    sim.remove(4)
+    sim.build()
+    engine = engine_of(sim)
+    before = len(engine.k.pairs)
+    engine._grow_pairs()
+    assert len(engine.k.pairs) >= 2 * before
+    sim.run(0.5)
+    sim.audit()
