@@ -109,10 +109,7 @@ def true_answer(row: np.void) -> list[int]:
         FlightPlan(
             of["x" + n], of["y" + n], of["vx" + n], of["vy" + n], at, of["radius" + n], frame, pull=pull
         )
-        for n, at, pull in (
-            ("", 0, (of["ax"], of["ay"])),
-            ("2", of["elapsed"], (of["ax2"], of["ay2"])),
-        )
+        for n, at, pull in (("", 0, (of["ax"], of["ay"])), ("2", of["elapsed"], (of["ax2"], of["ay2"])))
     )
     pair = Separation(one, two, frame, (int(of["m"]), int(of["n"])))
     since = of["elapsed"] + of["since"]

@@ -56,10 +56,7 @@ def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[Binar
 
 @contextmanager
 def record_errors(
-    what: str,
-    behind: str = "",
-    of: type[Exception] = OSError,
-    raised: type[KinetileError] = RecordError,
+    what: str, behind: str = "", of: type[Exception] = OSError, raised: type[KinetileError] = RecordError
 ) -> Iterator[None]:
     """Within this context an error of the system becomes a RecordError, or another one: ``what`` cannot be
     done, why, and what is ``behind`` that. ``of`` is Exception for work of pyarrow, which may raise anything,

@@ -110,10 +110,7 @@ def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Sce
 
 
 def minimised(
-    case: Case,
-    fails: Callable[[Case], bool],
-    seconds: float,
-    steps: Sequence[Callable[[Search[Case]], None]],
+    case: Case, fails: Callable[[Case], bool], seconds: float, steps: Sequence[Callable[[Search[Case]], None]]
 ) -> Case:
     """Returns a smaller case that fails, by steps that are repeated until none helps; see ``reduced``."""
     search = Search(case, fails, seconds)

@@ -12,16 +12,7 @@ import math
 from kinetile.errors import BadOption, Refused
 from kinetile.scene import Scene
 from kinetile.scene.checks import is_finite
-from kinetile.toolbox import (
-    Kernel,
-    Records,
-    ResponseParts,
-    closing_speed,
-    hook,
-    rest,
-    smaller,
-    unchecked,
-)
+from kinetile.toolbox import Kernel, Records, ResponseParts, closing_speed, hook, rest, smaller, unchecked
 from kinetile_plugins.disc import exchange
 
 

@@ -18,10 +18,7 @@ from kinetile_conformance.checks import check_named
 
 DOCS = Path(__file__).parents[2] / "docs"
 
-DEFAULT = (
-    "naive-draws-into-its-tables",
-    "sap-1d-takes-the-other-end-of-the-right-body",
-)
+DEFAULT = ("naive-draws-into-its-tables", "sap-1d-takes-the-other-end-of-the-right-body")
 EVERY = 10
 LARGE = ("does-not-see-who-asks", "skin-limit-holds-at-its-edge")
 

@@ -24,8 +24,7 @@ VIEWS_GROUP = "kinetile.views"
 phase (or None) and ``until``, and returns a View, or None for a file that is not of its kind."""
 
 PairsOption = Annotated[
-    bool | None,
-    cli.flag("Draw lines between pairs of bodies; by default, up to 400.", "--pairs/--no-pairs"),
+    bool | None, cli.flag("Draw lines between pairs of bodies; by default, up to 400.", "--pairs/--no-pairs")
 ]
 
 

@@ -294,16 +294,10 @@ STOPS = record(
     ("tick", "i8", PAST, CARRIED),  # at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
-NEXT_EVENT = record(
-    ("tick", "i8", TICK, DERIVED),
-    ("kind a b", "i8", VALUE, DERIVED),
-)
+NEXT_EVENT = record(("tick", "i8", TICK, DERIVED), ("kind a b", "i8", VALUE, DERIVED))
 """What comes next: a kind as entries have it or a command's code; numbers of bodies, ``b`` or NOBODY."""
 
-FAULT_RECORD = record(
-    ("code", "i8", COUNT, CARRIED),
-    ("a b", "i8", PARTNER, CARRIED),
-)
+FAULT_RECORD = record(("code", "i8", COUNT, CARRIED), ("a b", "i8", PARTNER, CARRIED))
 CLOCK = record(
     ("now", "i8", TICK, CARRIED),
     ("tick", "f8", VALUE, DERIVED),  # length of a tick in the scene's time

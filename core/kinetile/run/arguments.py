@@ -171,10 +171,7 @@ def read_until(engine: Engine, until: float | None, duration: float | None) -> f
 
 
 def read_end(
-    engine: Engine,
-    until: float | None,
-    max_contacts: int | None = None,
-    max_events: int | None = None,
+    engine: Engine, until: float | None, max_contacts: int | None = None, max_events: int | None = None
 ) -> End:
     """Returns the requested end, exact if it is the scene's own; ValueError for an invalid or past one."""
     scene, settings, given = engine.scene, engine.scene.settings, until

@@ -117,12 +117,7 @@ class AskedMoment(Moment):
         return self._bodies_of(places.bodies_in(self._among(kinds), around, whole, area))
 
     def bodies_near(
-        self,
-        point: Coordinates,
-        *,
-        radius: float | None = None,
-        k: int | None = None,
-        kinds: OfKinds = None,
+        self, point: Coordinates, *, radius: float | None = None, k: int | None = None, kinds: OfKinds = None
     ) -> Integers:
         """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
         within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.

@@ -251,10 +251,7 @@ def _gaps(tables: Any, composition: Composition) -> Callable[..., float] | None:
 
 
 def _overlapping(
-    k: Kernel,
-    between: Callable[..., float] | None,
-    place: Any,
-    passing: set[tuple[int, int, int, int]],
+    k: Kernel, between: Callable[..., float] | None, place: Any, passing: set[tuple[int, int, int, int]]
 ) -> Iterator[str]:
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it; of
     shapes ``between`` says by how much."""

@@ -28,14 +28,7 @@ from kinetile.kernel.tables import RULE, Kernel, Records, record_table
 from kinetile.plugin.calling import calling, described
 from kinetile.plugin.choices import read_phase, write_phase
 from kinetile.plugin.parameters import parameters_of
-from kinetile.plugin.protocols import (
-    BroadPhaseParts,
-    PairParts,
-    Parts,
-    ResponseParts,
-    WallParts,
-    check_parts,
-)
+from kinetile.plugin.protocols import BroadPhaseParts, PairParts, Parts, ResponseParts, WallParts, check_parts
 from kinetile.plugin.registry import defined_at, registry
 from kinetile.plugin.specs import PluginKind
 from kinetile.run.pair_phases import NotTaken, pair_parts, spec_of, who_takes
@@ -391,9 +384,7 @@ def _accepts(scene: Scene, name: str, narrow: Named, options: PhaseOptions | Non
 
 
 def accepting(
-    scene: Scene,
-    narrow_phases: Sequence[str] | Named | None = None,
-    refused: Named | None = None,
+    scene: Scene, narrow_phases: Sequence[str] | Named | None = None, refused: Named | None = None
 ) -> list[tuple[str, PhaseOptions]]:
     """Returns the names of the installed broad phases that accept a scene with these narrow phases, with the
     options that they need for it. ``refused`` are options of phases beside those of the scene; where a phase

@@ -199,10 +199,7 @@ def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
 
 
 def _spell_out(
-    wrong: Flags,
-    field: str,
-    found: Floats | Callable[[int], str],
-    expected: str | Callable[[Any], str],
+    wrong: Flags, field: str, found: Floats | Callable[[int], str], expected: str | Callable[[Any], str]
 ) -> list[Mistake]:
     """Turns a mask of wrong bodies into mistakes, LIMIT of them and a last one that counts the others."""
     bodies = np.flatnonzero(wrong)

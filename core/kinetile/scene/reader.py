@@ -12,14 +12,7 @@ from kinetile.arrays import Flags, Floats
 from kinetile.errors import Mistake, SceneError
 from kinetile.kernel.clock import Clock, time_unit
 from kinetile.kernel.plan import LEAST_SPAN, SHARE, shortest
-from kinetile.scene.bodies import (
-    BODY_COLUMNS,
-    FIXED,
-    Bodies,
-    check_bodies,
-    read_accelerations,
-    read_arrays,
-)
+from kinetile.scene.bodies import BODY_COLUMNS, FIXED, Bodies, check_bodies, read_accelerations, read_arrays
 from kinetile.scene.checks import LARGEST, Extent, abridged, is_number, shown
 from kinetile.scene.commands import (
     Accelerate,
@@ -446,10 +439,7 @@ def _check_chords(
 
 
 def unit_of(
-    bodies: Bodies,
-    sides: tuple[float, float] | None,
-    commands: Sequence[Command],
-    pull: tuple[float, float],
+    bodies: Bodies, sides: tuple[float, float] | None, commands: Sequence[Command], pull: tuple[float, float]
 ) -> float:
     """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
     if len(bodies) == 0 and sides is None:

@@ -153,10 +153,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
     up = HEIGHT / (run.end - run.begin or 1.0)
 
     def at(place: float, time: float) -> str:
-        x, y = (
-            INSET + LEFT_MARGIN + (place - run.low) * across,
-            INSET + (run.end - time) * up,
-        )
+        x, y = (INSET + LEFT_MARGIN + (place - run.low) * across, INSET + (run.end - time) * up)
         return f"{number(x)} {number(y)}"
 
     bands: dict[int, str] = {}

@@ -183,12 +183,7 @@ def certify(
 
 
 def agreement(
-    contacts: Rows,
-    oracle: CertifiedRun,
-    *,
-    scene: Scene,
-    time_unit: float,
-    end: float,
+    contacts: Rows, oracle: CertifiedRun, *, scene: Scene, time_unit: float, end: float
 ) -> Agreement:
     """Compares contacts up to ``end``, in ticks of 2^-52 ``time_unit``, with certified ones."""
     rows = contacts[["epoch", "tick", "a", "b"]].tolist()

@@ -178,11 +178,7 @@ class Oracle:
 
 
 def oracle_contacts(
-    scene: Scene,
-    until: float | None = None,
-    *,
-    max_contacts: int | None = None,
-    cap_bits: int = CAP_BITS,
+    scene: Scene, until: float | None = None, *, max_contacts: int | None = None, cap_bits: int = CAP_BITS
 ) -> CertifiedRun:
     """Returns the certified contacts of a scene, up to and at a time, by default the scene's own, or to a
     number of contacts. Raises what ``Oracle`` raises, and ValueError where there is no end."""

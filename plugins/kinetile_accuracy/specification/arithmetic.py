@@ -82,10 +82,7 @@ class Frame:
     periods of the axes, 0 for one that is not periodic."""
 
     def __init__(
-        self,
-        arena: tuple[float, float] | None,
-        bits: int,
-        periods: tuple[float, float] = (0.0, 0.0),
+        self, arena: tuple[float, float] | None, bits: int, periods: tuple[float, float] = (0.0, 0.0)
     ) -> None:
         self.arena = arena and tuple(map(ratio, arena))
         self.periods = periods

@@ -89,10 +89,7 @@ def _is_list(value: Any, check: Callable[[Any], bool] = _is_text) -> bool:
     return isinstance(value, list | tuple | range) and len(value) > 0 and all(map(check, value))
 
 
-_END: Keys = {
-    "until": VALUES["until"],
-    "contacts": Value("a whole number, at least 1", fit=_is_count),
-}
+_END: Keys = {"until": VALUES["until"], "contacts": Value("a whole number, at least 1", fit=_is_count)}
 STUDY_KEYS: Keys = {
     "phases": Value('a list of broad phases, such as ["naive", "sap-1d:axis=y"]', fit=_is_list),
     "scenes": Value("[[scenes]] tables", fit=lambda value: _is_list(value, lambda _: True)),

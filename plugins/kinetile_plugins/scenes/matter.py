@@ -62,11 +62,7 @@ def side_of_square(radius: Floats, density: float) -> float:
 
 
 def sizes_and_masses(
-    bodies: int,
-    radii: tuple[float, ...],
-    fractions: tuple[float, ...],
-    mass: str,
-    masses: tuple[float, ...],
+    bodies: int, radii: tuple[float, ...], fractions: tuple[float, ...], mass: str, masses: tuple[float, ...]
 ) -> tuple[Floats, Floats]:
     """Returns radius and mass of each disc, in the order of ``radii``, for the parameters of ``mixture``."""
     radius_of = _numbers("radii", radii, len(radii))

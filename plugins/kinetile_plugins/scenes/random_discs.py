@@ -143,12 +143,7 @@ def _lattice(bodies: int) -> tuple[Floats, float]:
 
 
 def grid(
-    *,
-    bodies: int = 400,
-    density: float = 0.5,
-    seed: int = 1,
-    speed: float = 1.0,
-    temperature: float = 0.0,
+    *, bodies: int = 400, density: float = 0.5, seed: int = 1, speed: float = 1.0, temperature: float = 0.0
 ) -> Scene:
     """The thesis's benchmark: one disc in the middle of each square of a grid, moving in a random direction.
 

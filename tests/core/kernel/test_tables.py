@@ -22,6 +22,7 @@ from kinetile.kernel.tables import (
     CARRIED,
     CLOCK,
     DUE,
+    ENTRY,
     ON_LARGE_PAGES,
     PAGE,
     TICK,
@@ -116,3 +117,7 @@ def test_tables_that_share_large_pages_are_apart():
 def test_a_table_that_no_memory_holds_is_out_of_memory():
     with pytest.raises(MemoryError):
         record_table(BODY, 1 << 50)
+
+
+def test_a_body_and_its_entry_are_a_cache_line_each():
+    assert (BODY.itemsize, ENTRY.itemsize) == (64, 64), "take their spare field for a new one"

@@ -95,21 +95,9 @@ def test_a_file_that_says_what_it_misses_is_no_trajectory(tmp_path):
 @pytest.mark.parametrize(
     ("recorded", "ends", "inserts", "plays", "says"),
     [
-        (
-            (0, 2),
-            7.0,
-            False,
-            True,
-            "between time 0.0 and time 6.25: body 0 is not where the scene",
-        ),
+        ((0, 2), 7.0, False, True, "between time 0.0 and time 6.25: body 0 is not where the scene"),
         ((0, 1), 5.0, False, True, "between time 0.0 and time 5.0: 5 of 6 contacts are in them"),
-        (
-            (0,),
-            5.0,
-            True,
-            True,
-            "between time 0.0 and time 5.0: the scene's command for body 3 is not in",
-        ),
+        ((0,), 5.0, True, True, "between time 0.0 and time 5.0: the scene's command for body 3 is not in"),
         (
             (2,),
             5.0,

@@ -42,12 +42,7 @@ def test_discs_are_circles_where_the_bodies_are():
     for circle, (x, y), radius in zip(circles, sim.positions().tolist(), sim.scene.radius, strict=True):
         found = [float(circle.get(name)) for name in ("cx", "cy", "r")]
         assert found == pytest.approx(
-            [
-                INSET + LENGTH * x,
-                INSET + LENGTH * (1 - y),
-                LENGTH * radius,
-            ],
-            abs=0.006,
+            [INSET + LENGTH * x, INSET + LENGTH * (1 - y), LENGTH * radius], abs=0.006
         )
 
 

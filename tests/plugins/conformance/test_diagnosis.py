@@ -177,10 +177,7 @@ def test_other_rows_are_told_by_the_check_and_its_words(row, check, words):
     ("row", "words"),
     [
         ("response", "at the start respond wrote bodies.x; there are 2"),
-        (
-            "response",
-            "body 0 and body 1 leave with [1.0]; with the two exchanged, body 1 and body 0 leave",
-        ),
+        ("response", "body 0 and body 1 leave with [1.0]; with the two exchanged, body 1 and body 0 leave"),
         ("response", "a meeting of body 0 and body 1 adds 1e-07 of energy"),
         ("division", "respond raised ZeroDivisionError: float division by zero"),
         ("", "contact 4 is missing: body 0 with body 1"),

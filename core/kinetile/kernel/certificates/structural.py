@@ -162,15 +162,7 @@ def seen_from(
 
 
 @hook
-def first_rise(
-    k: Kernel,
-    g0: Floats,
-    g1: Floats,
-    g2: Floats,
-    g3: Floats,
-    g4: Floats,
-    scale: Floats,
-) -> Ticks:
+def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats, scale: Floats) -> Ticks:
     """Returns a tick before which g0 + g1 t + g2 t^2 + g3 t^3 + g4 t^4 stays below zero, in each of eight
     lanes; t is the time since now in units of the clock, 2^52 ticks.
 

@@ -85,11 +85,7 @@ class _First(NamedTuple):
 
 
 def next_contact_of(
-    query: Query,
-    a: int,
-    planned: Planned | None = None,
-    among: Integers | None = None,
-    walls: bool = True,
+    query: Query, a: int, planned: Planned | None = None, among: Integers | None = None, walls: bool = True
 ) -> NextContact | None:
     """Returns what ``Simulation.next_contact_of`` does, for a slot: with bodies, or with those ``among``
     these, and ``walls``; with ``planned`` changes of plans if nothing precedes it. Bodies are numbers."""

@@ -36,10 +36,7 @@ _SEEN = (
     *("lens", "trial", "player", "link", "svg", "hands"),
 )
 
-MODULES = (
-    *(f"run/{name}" for name in _RUN),
-    *(f"page/{name}" for name in _SEEN),
-)
+MODULES = (*(f"run/{name}" for name in _RUN), *(f"page/{name}" for name in _SEEN))
 """The script's files, each after those that it imports: the run, then its display."""
 
 _SECONDS = 30.0

@@ -22,14 +22,7 @@ from kinetile.scene.checks import is_finite, shown
 from kinetile.scene.scene import in_words
 from kinetile.show.picture import escape
 from kinetile.show.player.page import Page
-from kinetile.show.player.recording import (
-    MOST_ROWS,
-    PlayedPlans,
-    Recording,
-    next_window,
-    record,
-    shown_up_to,
-)
+from kinetile.show.player.recording import MOST_ROWS, PlayedPlans, Recording, next_window, record, shown_up_to
 from kinetile.targets import writing_new
 
 _NO_STRUCTURE = (

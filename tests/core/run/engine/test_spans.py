@@ -115,8 +115,7 @@ def gas(speed: float, bodies: int, size: float = 1.0, seed: int = 0, **more: obj
 
 @pytest.mark.small
 @pytest.mark.parametrize(
-    ("speed", "bodies", "more"),
-    first(1, [(1e-6, 25, {}), (1e-12, 2, {}), (1e-9, 2, {"periodic": "xy"})]),
+    ("speed", "bodies", "more"), first(1, [(1e-6, 25, {}), (1e-12, 2, {}), (1e-9, 2, {"periodic": "xy"})])
 )
 def test_a_failed_try_to_skip_kept_others_from_being_made(speed, bodies, more, monkeypatch):
     """Some 40 spans a contact passed one by one, each a step of Python."""
@@ -144,8 +143,7 @@ def test_skipping_is_stepping(seed, monkeypatch):
 
 @pytest.mark.small
 @pytest.mark.parametrize(
-    ("speed", "periodic"),
-    first(3, [(1e-15, ""), (1.0, "xy"), (1e15, "xy"), (1e-3, "")]),
+    ("speed", "periodic"), first(3, [(1e-15, ""), (1.0, "xy"), (1e15, "xy"), (1e-3, "")])
 )
 def test_a_scene_is_as_fast_as_others_or_a_unit_is_advised_in_which_it_is(
     speed, periodic, monkeypatch, caplog

@@ -4,14 +4,7 @@ import math
 
 import kinetile as kt
 from kinetile.errors import Refused
-from kinetile.toolbox import (
-    NEVER,
-    Kernel,
-    PairParts,
-    closing_speed,
-    hook,
-    shared,
-)
+from kinetile.toolbox import NEVER, Kernel, PairParts, closing_speed, hook, shared
 from kinetile.toolbox.ticks import difference_table, enters, plans_of, pointer
 
 

@@ -6,13 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinetile_accuracy.specification.arithmetic import (
-    HORIZON,
-    FlightPlan,
-    Frame,
-    Separation,
-    product_error,
-)
+from kinetile_accuracy.specification.arithmetic import HORIZON, FlightPlan, Frame, Separation, product_error
 from kinetile_accuracy.specification.bounds import ContactBounds
 from kinetile_accuracy.specification.touching import touching_tick
 
