@@ -59,11 +59,10 @@ maximum_signature_line_length = 88
 # their names are, for the site is built without a network; and of what is no interface.
 nitpick_ignore_regex = [
     ("py:.*", r"(PIL|collections|concurrent|numpy|pathlib|os|pluggy|hypothesis|np|npt|typing)\..*"),
-    ("py:.*", r"ArrayLike.*|NDArray|Floats|Image|Path|PluginManager.*"),
+    ("py:.*", r"ArrayLike.*|NDArray|Floats|Integers|Flags|Rows|Image|Path|PluginManager.*"),
     ("py:.*", r"float64|int64|int32|void|Hook|Kind|EventKind|Source|Spec|StudyStopped"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(AcceleratedPlan|Command|Composition|Engine|Entries|F|Held)"),
     ("py:.*", r"kinetile\.(run|kernel)\..*\.(History|Kept|RunState|SavedPhases)"),
-    ("py:.*", "Numbers"),
     ("py:.*", r"kinetile\.(errors\._\w+|show\.picture\.Look)"),
     ("py:.*", r"kinetile[\w.]*\.(Disagreement|Enclosure|FirstDifference|Observation|Spec|Strategy)"),
     ("py:.*", r"kinetile[\w.]*\.(Oracle|Page|Reference|RunOutcome|Section|StudyScene|Subject)"),

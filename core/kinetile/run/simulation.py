@@ -1,6 +1,8 @@
 """``Simulation``, the public class: a scene and its phases by name, to be run, changed, read and saved. The
 work is done by the engine, ``advance``, ``asked`` and ``saving/``."""
 
+from __future__ import annotations
+
 import logging
 import os
 import threading
@@ -90,7 +92,7 @@ class _Alone(Unbroken):
     run, too; the error that it ends with, or what ``builds``, is ``Simulation.fault``."""
 
     def __init__(
-        self, simulation: "Simulation", what: str, *, runs: bool = False, builds: bool = False
+        self, simulation: Simulation, what: str, *, runs: bool = False, builds: bool = False
     ) -> None:
         self._simulation, self._what, self._runs, self._faults = simulation, what, runs, runs or builds
 

@@ -2,6 +2,8 @@
 a value: its arrays are its own read-only copies, it is checked in full when it is made, and two are equal
 when they hold the same bits. It is made from arrays (here), by ``make_scene`` or by ``load_scene``."""
 
+from __future__ import annotations
+
 import math
 import struct
 from collections.abc import Iterable, Mapping, Sequence
@@ -151,7 +153,7 @@ class Scene:
         recipe = f", from {self.origin['recipe']!r}" if "recipe" in self.origin else ""
         return f"<Scene: {bodies}, {around}{turns}{recipe}>"
 
-    def replace(self, **changes: Any) -> "Scene":
+    def replace(self, **changes: Any) -> Scene:
         """Returns a scene with other values for some arguments of the constructor, checked as any scene is,
         and without ``origin``. Raises SceneError as the constructor does, and TypeError for an unknown
         argument.
