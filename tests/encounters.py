@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetile.kernel.certificates.discs import accelerated_touch_about, closely, parting, touch, touch_about
 from kinetile.kernel.certificates.plans import Axis, Plans
-from kinetile.kernel.certificates.walls import reaches
+from kinetile.kernel.certificates.walls import reaches_edge
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.tables import NEVER
 from kinetile_accuracy.specification.arithmetic import UNIT_BITS, FlightPlan, Frame, Separation
@@ -77,10 +77,10 @@ def answer_all(table, found):
 
 @compiled
 def reach_all(table, found):
-    """Write what ``reaches`` returns for each row: far, near, radius, slope, pull, tick."""
+    """Write what ``reaches_edge`` returns for each row: far, near, radius, slope, pull, tick."""
     for i in range(len(table)):
         far, near, radius, slope, pull, tick = table[i]
-        found[i] = reaches(far, near, radius, slope, pull, tick, 1.0 / tick)
+        found[i] = reaches_edge(far, near, radius, slope, pull, tick, 1.0 / tick)
 
 
 def answers(table: Rows) -> list[list[int]]:
@@ -121,7 +121,7 @@ def true_answer(row: np.void) -> list[int]:
 
 
 def true_reach(far: float, near: float, radius: float, slope: float, pull: float, tick: float) -> int:
-    """Return what ``reaches`` must: rule 6 of the specification."""
+    """Return what ``reaches_edge`` must: rule 6 of the specification."""
     numbers = map(Fraction, (far, near, radius, slope, pull, tick))
     far, near, radius, slope, pull, tick = numbers
     found = first_fall(whole([far - near - radius, slope * tick, pull * tick * tick / 2]))

@@ -189,7 +189,7 @@ def _accelerated(rng: random.Random, draw: Callable[[random.Random, bool], kt.Sc
                     more["acceleration"][body] = (math.nan, math.nan)
             settings = kt.Settings(until=base.start + LASTS)
             falling = base.replace(periodic=axes, gravity=gravity, settings=settings, **more)
-            if falling.bent:
+            if falling.accelerated:
                 return _with_end(rng, _with_commands(rng, falling, lattice))
 
 
@@ -432,14 +432,14 @@ def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool) -> kt.Scen
                 shape = rng.choice((*base.shapes, kt.box(0.25, 0.25), rod))
                 radius, mass = 0.0, mass if shape.is_solid and rng.random() < 0.8 else math.inf
             pull = None
-            if base.bent and not base.uniform and rng.random() < 0.5:
+            if base.accelerated and not base.uniform and rng.random() < 0.5:
                 pull = _pull(rng, lattice, [axis not in base.periodic for axis in "xy"])
             command = kt.Insert(time, place, pace, radius, mass, number, at, kind, shape, pull)
         elif what == "turn":
             command = kt.Turn(rng.choice(present), time, _pace(rng, lattice), at)
         else:
             command = kt.Remove(rng.choice(present), time, at)
-        if base.bent and what == "turn" and rng.random() < 0.4:
+        if base.accelerated and what == "turn" and rng.random() < 0.4:
             pull = _pull(rng, lattice, [axis not in base.periodic for axis in "xy"])
             command = kt.Accelerate(command.body, time, pull, at)
         if _accepts(base, [*commands, command]):

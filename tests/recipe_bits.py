@@ -107,7 +107,7 @@ def fingerprints(in_one_loop: bool = False) -> dict[str, str]:
     found = {}
     for name, case in CASES.items():
         scene = kt.make_scene(case.recipe, **case.parameters)
-        if in_one_loop and (scene.arena is None or scene.bent or case.recipe == "grown"):
+        if in_one_loop and (scene.arena is None or scene.accelerated or case.recipe == "grown"):
             continue
         sim = kt.Simulation(scene, "cells", narrow_phases=WIDEST if in_one_loop else None, live=in_one_loop)
         sim.run(4.0, max_contacts=MOST_CONTACTS)

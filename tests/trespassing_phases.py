@@ -78,13 +78,13 @@ def brake_the_fourth(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def set_own(k: Kernel, s: State, body: int) -> int:
-    k.queue[body].own = k.clock[0].now + STEP
+    k.queue[body].certificate = k.clock[0].now + STEP
     return 0
 
 
 @hook
 def set_anothers(k: Kernel, s: State, body: int) -> int:
-    k.queue[(body + 1) % len(k.bodies)].own = NEVER
+    k.queue[(body + 1) % len(k.bodies)].certificate = NEVER
     return wait_on(k, s, body)
 
 

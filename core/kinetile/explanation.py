@@ -49,12 +49,12 @@ def _sentences(engine: Engine, certificates: int) -> Iterator[tuple[bool, str]]:
     """Yields sentences, each with whether it says what is modelled, or what is left out."""
     scene, phases = engine.scene, engine.composition
     motion = "flying straight"
-    if scene.bent:
+    if scene.accelerated:
         one = scene.acceleration[0].tolist() if len(scene) and scene.uniform else [0.0, 0.0]
         pulls = f"the acceleration {one!r}" if any(one) else f"accelerations up to {[*scene.pull]!r}"
         motion = f"flying with {pulls}, on chords for the broad phase,"
     yield True, f"{in_words(scene, len(scene))}, {motion} between contacts"
-    left_out = ("" if scene.bent else "gravity, ") + "friction, rotation, growth"
+    left_out = ("" if scene.accelerated else "gravity, ") + "friction, rotation, growth"
     yield False, left_out + ("" if phases.rules is not None else " and any loss of energy")
     watched = "one structural certificate a body" if certificates else "no structural certificate"
     name = called(phases.broad_phase, phases.options)

@@ -251,7 +251,7 @@ def tables_after(sim: Simulation) -> Tables:
     lives = bool(k.counts[0].inserted + k.counts[0].removed)
     there = slots_taken(k)
     full = not lives and len(there) == len(k.bodies)  # a phase without `enter` has no slots to spare
-    limited = sim.scene.bent and composition_of(sim).broad.skin_limit is not None
+    limited = sim.scene.accelerated and composition_of(sim).broad.skin_limit is not None
     same_skin = walled and full and not limited  # it depends on the slots, and chords on the phase's limit
     bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
     left = {f"bodies.{name}": np.array(bodies[name]) for name in compared(k.bodies)}

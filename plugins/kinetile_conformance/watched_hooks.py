@@ -88,9 +88,9 @@ EVERYTHING: set[str] = set()
 """Stands for all fields of a table."""
 
 TOOLBOX = {
-    "queue": {"own"},
+    "queue": {"certificate"},
     **dict.fromkeys(("offers", "pairs", "lookup", "firsts"), EVERYTHING),
-    "clock": {"lists.offered", "lists.pairs", "lists.free", "lists.wanted", *FAULT},
+    "clock": {"lists.offered", "lists.pairs", "lists.free_pair", "lists.wanted", *FAULT},
     "counts": {"updated", "pairs_max", "late"},
 }
 BOTH = {**TOOLBOX, "near": EVERYTHING}
@@ -172,10 +172,12 @@ def _not_scheduled(before: Before, k: Kernel) -> Iterator[str]:
     set_anew = int(k.counts[0].updated) - int(before["counts"][1]["updated"][0])
     of_hand = set_anew - len(settled)
     now, was = before["queue"]
-    stays = now["key"] < np.minimum(now["own"], was["own"])  # filed under something earlier: not settled
-    for body in np.flatnonzero((now["own"] != was["own"]) & ~stays).tolist():
+    stays = now["key"] < np.minimum(
+        now["certificate"], was["certificate"]
+    )  # filed under something earlier: not settled
+    for body in np.flatnonzero((now["certificate"] != was["certificate"]) & ~stays).tolist():
         if body not in settled and (body != at_work or of_hand == 0):
-            yield f"queue[{body}].own, the certificate of body {body}, other than by schedule"
+            yield f"queue[{body}].certificate, the certificate of body {body}, other than by schedule"
     if of_hand < 0 or (of_hand > 0 and at_work < 0 and not stays.any()):
         yield f"counts.updated ({set_anew} more, where {len(settled)} certificates were scheduled)"
 

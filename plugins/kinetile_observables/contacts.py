@@ -43,7 +43,9 @@ class Pressure(Observable):
         """Chooses the estimator. Raises Refused in the open plane."""
         if scene.arena is None:
             raise Refused("observable 'pressure' needs an arena: in the open plane there is no area")
-        equilibrium = not any([scene.responses, scene.commands, scene.bent, np.isinf(scene.mass).any()])
+        equilibrium = not any(
+            [scene.responses, scene.commands, scene.accelerated, np.isinf(scene.mass).any()]
+        )
         equilibrium = equilibrium and not scene.shapes  # d . J of discs alone is the sum of radii times J
         if self.by == "counts" and not equilibrium:
             raise Refused(

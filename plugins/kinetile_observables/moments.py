@@ -30,7 +30,7 @@ class Energy(Observable):
         """Returns the energies."""
         mass, velocity = movable(moment)
         found = {"E": float((mass * velocity**2).sum()) / 2}
-        if moment.scene.bent:
+        if moment.scene.accelerated:
             heights = (moment.positions() * moment.whole_accelerations()).sum(axis=1)
             found["U"] = -float(mass[:, 0] @ heights[np.isfinite(moment.masses())])
         return found

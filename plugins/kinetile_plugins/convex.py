@@ -79,7 +79,7 @@ from kinetile.toolbox.ticks import (
     nearest_whole,
     plans_of,
     pointer,
-    reaches,
+    reaches_edge,
 )
 from kinetile_plugins import disc
 from kinetile_plugins.lower_bounds import (
@@ -488,8 +488,8 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
             pull = sense * (nx * plan.ay - ny * plan.ax)
             strip = f[row + FLUSH]
             clock = k.clock[0]
-            first = reaches(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
-            last = reaches(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
+            first = reaches_edge(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
+            last = reaches_edge(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
             delay = smaller(first, last)
             return int(plan.anchor + delay) if delay != NEVER else NEVER
     return int(plan.anchor - 1)
@@ -714,7 +714,7 @@ class Convex:
         bounds = soonest
         if all(numbers[row + PLAIN] for row in rows):
             bounds = soonest_of_boxes if all(numbers[row + CORNERS] > 1 for row in rows) else soonest_of_plain
-        periodic, accelerated = bool(scene.periodic), scene.bent
+        periodic, accelerated = bool(scene.periodic), scene.accelerated
         bounds = bounds if scene.uniform else soonest_accelerated
         return PairParts(
             meet=meet_images if periodic else meet,
@@ -727,6 +727,6 @@ class Convex:
             contact_distance="outlines",
             shapes=True,
             periodic=periodic,
-            bent=accelerated,
+            accelerated=accelerated,
             numbers=numbers,
         )

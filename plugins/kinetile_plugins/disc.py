@@ -114,7 +114,7 @@ EQUAL = PERIODIC = False
 @hook
 def known_before(k: Kernel, since: int) -> int:
     """Returns how many ticks after a tick the loop knows a contact not to be before, or -1."""
-    about = k.clock[0].about
+    about = k.clock[0].contact_guess
     return int(about - since) if since <= about and about != NEVER else -1
 
 
@@ -482,5 +482,5 @@ class Disc:
             alike=alike,
             periodic=periodic,
             shapes=shapes,
-            bent=scene.bent,
+            accelerated=scene.accelerated,
         )

@@ -96,8 +96,8 @@ class Restitution:
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers, and
         for settle in a scene where nothing can settle."""
-        if self.numbers[2] and (not scene.bent or scene.arena is None):
-            lacks = "arena" if scene.bent else "accelerations"
+        if self.numbers[2] and (not scene.accelerated or scene.arena is None):
+            lacks = "arena" if scene.accelerated else "accelerations"
             raise Refused(
                 f"restitution: bodies settle by accelerations in an arena; the scene has no {lacks}"
             )
@@ -146,7 +146,7 @@ class Stop:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
-        return ResponseParts(halt, (scene.time_unit * 2.0**-15 if scene.bent else -1.0,), FAMILY)
+        return ResponseParts(halt, (scene.time_unit * 2.0**-15 if scene.accelerated else -1.0,), FAMILY)
 
 
 FAMILY = (give_back, halt)

@@ -96,8 +96,9 @@ def audit_bounds(k: Kernel, lists: Lists) -> Iterator[str]:
             yield f"body {body} has its right bound left of its left one on {name}"
         yield from _order(k, lists, row)
     first = due.min(axis=0).reshape(-1, 2).min(axis=1)
-    for body in there[k.queue.own[there] != first[there]]:
-        yield f"body {body} is scheduled {_tick(k.queue.own[body])}, but its bounds pass {_tick(first[body])}"
+    for body in there[k.queue.certificate[there] != first[there]]:
+        queued = _tick(k.queue.certificate[body])
+        yield f"body {body} is scheduled {queued}, but its bounds pass {_tick(first[body])}"
     yield from _pairs(k, place, there)
 
 

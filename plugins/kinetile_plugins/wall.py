@@ -23,11 +23,11 @@ from kinetile.toolbox import (
     Records,
     WallParts,
     hook,
+    inside_accelerated,
     inside_arena,
-    inside_bent,
     unchecked,
 )
-from kinetile.toolbox.ticks import reaches, with_shapes
+from kinetile.toolbox.ticks import reaches_edge, with_shapes
 
 
 @hook
@@ -47,7 +47,7 @@ def after(k: Kernel, body: Records, side: float, far: float, near: float, slope:
     """Returns the tick at which the gap between two coordinates, less a reach, closes, with a rate ``slope``
     and an acceleration ``pull``; or ``NEVER``."""
     clock = k.clock[0]
-    delay = reaches(far, near, side, slope, pull, clock.tick, clock.per_time)
+    delay = reaches_edge(far, near, side, slope, pull, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 
@@ -160,7 +160,7 @@ def reach_accelerated(k: Kernel, body: Records) -> tuple[int, int]:
 
 
 ACCELERATED = WallParts(
-    reach_accelerated, bounce, touch, periodic=True, inside=inside_bent, shapes=True, bent=True
+    reach_accelerated, bounce, touch, periodic=True, inside=inside_accelerated, shapes=True, accelerated=True
 )
 """The parts for a scene with accelerations."""
 
@@ -177,7 +177,7 @@ class Wall:
 
     def prepare(self, scene: Scene) -> WallParts:
         """Returns the parts; refuses a scene without walls, unless they are general."""
-        if self.general and not scene.bent:
+        if self.general and not scene.accelerated:
             return _parts(reach_any_wall)
         if scene.arena is None and not self.general:
             raise Refused(
@@ -185,7 +185,7 @@ class Wall:
             )
         if scene.periodic == "xy":
             raise Refused("this scene is periodic along both axes, so there are no walls: leave wall out")
-        return ACCELERATED if scene.bent else _parts(WALLS[scene.periodic])
+        return ACCELERATED if scene.accelerated else _parts(WALLS[scene.periodic])
 
 
 def _parts(reach: Callable[[Kernel, Records], tuple[int, int]]) -> WallParts:

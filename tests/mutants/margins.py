@@ -174,7 +174,9 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
     edges = np.stack([place[:, 0], place[:, 0], place[:, 1], place[:, 1]], axis=1)
     edges += reach * np.array([-1.0, 1.0, -1.0, 1.0])
     beyond = ((edges - s.box[there]) * np.array([-1.0, 1.0, -1.0, 1.0])).max(axis=1, initial=-math.inf)
-    for at in np.flatnonzero((beyond > k.clock[0].limits.skin) & (k.queue.own[there] > k.clock[0].now)):
+    for at in np.flatnonzero(
+        (beyond > k.clock[0].limits.skin) & (k.queue.certificate[there] > k.clock[0].now)
+    ):
         yield f"body {there[at]} is {beyond[at]:.3g} outside of its box"
 
 
@@ -182,7 +184,7 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     """Draws each box, with the tick at which its body leaves it."""
     for body in np.flatnonzero(k.queue.number >= 0).tolist():
         left, right, low, high = s.box[body].tolist()
-        yield Box("bound", (left, low), (right, high), int(k.queue.own[body]))
+        yield Box("bound", (left, low), (right, high), int(k.queue.certificate[body]))
 
 
 class Margins:

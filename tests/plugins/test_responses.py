@@ -7,7 +7,7 @@ import pytest
 import kinetile as kt
 from kinetile.errors import PhaseError, SceneError, ZenoError
 from kinetile.plugin.protocols import check_parts
-from kinetile.run.compose import Commands, compose_phases
+from kinetile.run.compose import CommandSupport, compose_phases
 from kinetile.toolbox import ResponseParts, hook
 from kinetile_conformance.strategies.kinds import ABSENT, SAME_LOOP
 from lanes import BUILT_IN, GENERAL
@@ -294,7 +294,9 @@ def test_another_response_of_the_same_family_needs_no_other_loop():
     columns = [[1.0, 1.0], [4.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5
     rules = [LOSSY, kt.Response("restitution", e=0.75, contact_time=1e-6), "stop", "elastic"]
     scenes = [kt.Scene(*columns, responses={("*", "*"): each}, kind=["a", "b"]) for each in rules]
-    loops = {compose_phases(scene, "cells", None, None).loop(Commands.NONE).__qualname__ for scene in scenes}
+    loops = {
+        compose_phases(scene, "cells", None, None).loop(CommandSupport.NONE).__qualname__ for scene in scenes
+    }
     assert len(loops) == 1
 
 

@@ -70,7 +70,9 @@ def last_watched(sim):
 
 def certificate_dropped(sim):
     queue = engine_of(sim).k.queue
-    queue[int(np.flatnonzero((queue.own != NEVER) & (queue.kind != STRUCTURAL))[0])].own = NEVER
+    queue[
+        int(np.flatnonzero((queue.certificate != NEVER) & (queue.kind != STRUCTURAL))[0])
+    ].certificate = NEVER
 
 
 def pair_too_few(sim):

@@ -57,7 +57,7 @@ def tables(plans: list[list[str]], accelerated: bool = False) -> Kernel:
         if accelerated:
             body.ax, body.ay = doubles(pull)
     k.bodies.last = -1
-    k.clock[0].about = NEVER
+    k.clock[0].contact_guess = NEVER
     k.clock[0].limits.tolerance = np.inf
     return k
 

@@ -30,7 +30,7 @@ from kinetile.kernel.tables import NEVER, Kernel
 
 def as_seen(k: Kernel) -> Kernel:
     """Returns what ``with_shadows`` does, or the tables where no body is accelerated; not for hooks."""
-    return k._replace(bodies=k.shadows, places=k.shades) if len(k.shadows) else k
+    return k._replace(bodies=k.shadows, places=k.shadow_places) if len(k.shadows) else k
 
 
 @hook

@@ -27,30 +27,38 @@ class Feature(NamedTuple):
 FEATURES: dict[str, Feature] = {}
 
 
-def _of(name: str, does: str, set_by: str, explained: str = "") -> bool:
+def _declare(name: str, does: str, set_by: str, explained: str = "") -> bool:
     if name in FEATURES:
         raise TypeError(f"{name} is declared twice")
     FEATURES[name] = Feature(name, does, set_by, explained)
     return cast(bool, FEATURES[name])
 
 
-PAIRS = _of("PAIRS", "predicts contacts of pairs", "a narrow phase for pairs", "contacts of two bodies (")
-BOUNDS = _of("BOUNDS", "computes ticks of contacts at the head of the queue only", "`soonest` of that phase")
-WALLED = _of("WALLED", "predicts contacts with walls", "a narrow phase for walls", "walls around")
-PERIODIC = _of("PERIODIC", "counts images, and anchors old plans", "`periodic`", "images: ")
-ACCELERATIONS = _of("ACCELERATIONS", "lays chords", "`gravity` or `acceleration`", "on chords")
-UNEQUAL = _of(
+PAIRS = _declare(
+    "PAIRS", "predicts contacts of pairs", "a narrow phase for pairs", "contacts of two bodies ("
+)
+BOUNDS = _declare(
+    "BOUNDS", "computes ticks of contacts at the head of the queue only", "`soonest` of that phase"
+)
+WALLED = _declare("WALLED", "predicts contacts with walls", "a narrow phase for walls", "walls around")
+PERIODIC = _declare("PERIODIC", "counts images, and anchors old plans", "`periodic`", "images: ")
+ACCELERATIONS = _declare("ACCELERATIONS", "lays chords", "`gravity` or `acceleration`", "on chords")
+UNEQUAL = _declare(
     "UNEQUAL", "lets two that have met meet again", "accelerations that differ", "accelerations up to"
 )
-RESTING = _of("RESTING", "holds bodies on supports", "a response with the option `settle`")
-RULES = _of("RULES", "looks up the rule of a contact", "`responses`", "responses by kind")
-RESPONSES = _of("RESPONSES", "calls hooks of responses: it is their number", "responses that have a hook")
-FOREIGN = _of("FOREIGN", "ends at the fault of a response", "a response of another plugin")
-PASSINGS = _of("PASSINGS", "begins and ends passings", "the response `pass`", "pass, ")
-SHAPES = _of("SHAPES", "computes gaps between shapes", "`shapes`, with commands or the response `pass`")
-COMMANDS = _of("COMMANDS", "runs commands", "`commands`, or the first one by hand", "commands: ")
-LIVING = _of("LIVING", "inserts and removes bodies", "such commands, and `enter` of the broad phase")
-AHEAD = _of("AHEAD", "prefetches what the next events read", "8,192 bodies, and `soon` of the broad phase")
+RESTING = _declare("RESTING", "holds bodies on supports", "a response with the option `settle`")
+RULES = _declare("RULES", "looks up the rule of a contact", "`responses`", "responses by kind")
+RESPONSES = _declare(
+    "RESPONSES", "calls hooks of responses: it is their number", "responses that have a hook"
+)
+FOREIGN = _declare("FOREIGN", "ends at the fault of a response", "a response of another plugin")
+PASSINGS = _declare("PASSINGS", "begins and ends passings", "the response `pass`", "pass, ")
+SHAPES = _declare("SHAPES", "computes gaps between shapes", "`shapes`, with commands or the response `pass`")
+COMMANDS = _declare("COMMANDS", "runs commands", "`commands`, or the first one by hand", "commands: ")
+LIVING = _declare("LIVING", "inserts and removes bodies", "such commands, and `enter` of the broad phase")
+AHEAD = _declare(
+    "AHEAD", "prefetches what the next events read", "8,192 bodies, and `soon` of the broad phase"
+)
 
 
 NONE: Mapping[str, Any] = dict.fromkeys(FEATURES, 0)

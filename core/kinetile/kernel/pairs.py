@@ -133,12 +133,12 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
     if k.lookup[slot] >= 0:
         table[k.lookup[slot]].holds += 1
         return
-    if lists.free < 0:
+    if lists.free_pair < 0:
         lists.wanted += 1
         return
-    new = lists.free
+    new = lists.free_pair
     record = table[new]
-    lists.free = record.next_a
+    lists.free_pair = record.next_a
     k.lookup[slot] = new
     record.a = a
     record.b = b
@@ -174,8 +174,8 @@ def remove_pair(k: Kernel, a: int, b: int) -> None:
         return
     unlink(table, k.firsts, old)
     record.a = NOBODY
-    record.next_a = lists.free
-    lists.free = old
+    record.next_a = lists.free_pair
+    lists.free_pair = old
     lists.pairs -= 1
     mask = len(lookup) - 1
     probe = (hole + 1) & mask

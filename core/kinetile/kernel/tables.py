@@ -133,7 +133,7 @@ SIDES = record(("left right down up", "f8", VALUE, DERIVED), align=False)
 
 FORM = record(
     *declared(SIDES),
-    ("fits", "i8", VALUE, DERIVED),  # whether the phases are prepared for a body of this shape
+    ("prepared", "i8", VALUE, DERIVED),  # whether the phases are prepared for a body of this shape
     align=False,
 )
 """A shape of the table of shapes."""
@@ -173,7 +173,7 @@ RESTING_SHAPED = record(*declared(ACCELERATED_SHAPED), *RESTS)
 
 ENTRY = record(
     ("key", "i8", DUE, DERIVED),  # the tick that the body is filed under
-    ("own", "i8", DUE, DERIVED),  # when its structural certificate fails
+    ("certificate", "i8", DUE, DERIVED),  # when its structural certificate fails
     ("tick", "i8", DUE, DERIVED),  # its first contact with another body: not before this, or exactly then
     ("wall", "i8", DUE, DERIVED),  # its contact with a wall, or NOT_ASKED
     ("guard", "i8", DUE, DERIVED),  # every other contact of the body is not before this
@@ -223,7 +223,7 @@ COMMAND = record(
     ("kind", "i4", KIND, CARRIED),
     ("overtakes", "i4", COUNT, CARRIED),  # planned ones of its tick that came after it (a history's alone)
     ("form", "i4", VALUE, CARRIED),  # the shape of an inserted body, where not all are discs
-    ("fits", "i4", VALUE, CARRIED),  # whether it is known to have room
+    ("has_room", "i4", VALUE, CARRIED),  # whether it is known to have room
     ("lifetime", "f8", VALUE, CARRIED),  # of a body inserted by hand; 0: it has none
 )
 ROW = record(
@@ -253,10 +253,10 @@ LISTS = record(
     ("offered", "i8", COUNT, DERIVED),
     ("freed", "i8", SLOT, DERIVED),  # head of the list of bodies that a support has let go, or NOBODY
     ("pairs", "i8", COUNT, DERIVED),  # of the pair set
-    ("free", "i8", VALUE, DERIVED),  # head of the free list of its records
+    ("free_pair", "i8", VALUE, DERIVED),  # head of the free list of its records
     ("wanted", "i8", COUNT, DERIVED),  # pairs for which there was no room: grow the tables and build again
     ("passings", "i8", COUNT, DERIVED),  # pairs that are passing through each other
-    ("passable", "i8", VALUE, DERIVED),  # head of the free list of their records
+    ("free_passing", "i8", VALUE, DERIVED),  # head of the free list of their records
     ("logged", "i8", COUNT, KEPT),
     ("written", "i8", COUNT, KEPT),  # rows of the long log
     ("rows", "i8", COUNT, KEPT),  # how many it may have; 0: none are written
@@ -309,7 +309,12 @@ CLOCK = record(
     ("kinds", "i8", COUNT, DERIVED),  # of bodies
     ("built", "i8", VALUE, DERIVED),
     ("at_work", "i8", VALUE, DERIVED),  # the body of the hook that runs: it is settled after it
-    ("about", "i8", DUE, DERIVED),  # a bound shortly before the contact that is computed exactly, or NEVER
+    (
+        "contact_guess",
+        "i8",
+        DUE,
+        DERIVED,
+    ),  # a bound shortly before the contact that is computed exactly, or NEVER
     ("met_tick", "i8", PAST, CARRIED),  # the tick of the last contact,
     ("met_there", "i8", COUNT, CARRIED),  # and how many there were at it
     ("limits", LIMITS),  # the arena, and what follows from the bodies' bounds
@@ -405,7 +410,7 @@ class Kernel(NamedTuple):
     watched_kinds: Records  # and how to stop where such kinds meet, as in ``rules``
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
     shadows: Records  # (n,) the straight plans that a broad phase sees, where some are accelerated, and
-    shades: Records  # (n,) their places at the common clock (``kernel.chords``), and
+    shadow_places: Records  # (n,) their places at the common clock (``kernel.chords``), and
     pulls: Records  # (n,) the accelerations, and when chords end, by the common clock; else empty
     met: Records  # the log of contacts, as it is digested
     log: Records  # every event with the plans after it, where somebody reads that; else it may be empty
@@ -490,7 +495,7 @@ def allocate(
         offers=record_table(OFFER, OFFERS),
         slots=np.arange(bodies, dtype=np.int32),
         shadows=record_table(seen, bodies if accelerated else 0),
-        shades=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
+        shadow_places=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
         pulls=record_table(PLAN_NUMBERS, bodies if accelerated else 0),
         met=record_table(CONTACT_ROW, log_rows),
         clock=begun(record_table(CLOCK, 1)),
@@ -517,7 +522,7 @@ def clear(k: Kernel) -> None:
     """Clears the queue, the calendar and the pair set; bodies, clock, counts and log stay."""
     clock = k.clock[0]
     calendar, lists = clock.calendar, clock.lists
-    for name in ("key", "own", "tick", "guard"):
+    for name in ("key", "certificate", "tick", "guard"):
         k.queue[name] = NEVER
     k.queue.wall = NOT_ASKED
     k.queue.partner = NOBODY
@@ -529,7 +534,7 @@ def clear(k: Kernel) -> None:
     k.pairs.next_a = np.arange(1, len(k.pairs) + 1)
     if len(k.pairs):
         k.pairs.next_a[-1] = -1
-    lists.free = 0 if len(k.pairs) else -1
+    lists.free_pair = 0 if len(k.pairs) else -1
     k.lookup[:] = -1
     k.firsts[:] = -1
     lists.pairs = lists.wanted = lists.offered = 0

@@ -150,8 +150,8 @@ class PairParts:
     alone: computed at the later of the two anchors, never at the present time, with the true radii. It must
     be rounded down, and a pair that touches or overlaps and approaches meets at the later anchor. It may not
     read ``now``, but through ``counts_from`` for bodies that pass (rule 11), and the tick is the
-    same if the numbers of the two are exchanged. ``k.clock[0].about`` is NEVER or a tick shortly before it,
-    from a bound: a search may begin there. Bodies never touch at more than the sum of their radii.
+    same if the numbers of the two are exchanged. ``k.clock[0].contact_guess`` is NEVER or a tick shortly
+    before it, from a bound: a search may begin there. Bodies never touch at more than the sum of their radii.
 
     ``collide(k, a, b)``: both bodies are anchored at the contact; give them new velocities and return how
     deep they overlap (a length, zero or negative when they do not). ``touch(k, a, b) -> (nx, ny, depth)``: of
@@ -194,8 +194,8 @@ class PairParts:
     rule 5s of the specification says. Without it such a scene is refused; a broad phase needs nothing, since
     the circle of a body's reach holds its shape.
 
-    ``bent``: these hooks are for a scene with accelerations (``scene.bent``): records of bodies have ``ax``
-    and ``ay``, and plans are of degree 2 (rule 4a). Two whose accelerations differ may meet again
+    ``accelerated``: these hooks are for a scene with accelerations (``scene.accelerated``): records of bodies
+    have ``ax`` and ``ay``, and plans are of degree 2 (rule 4a). Two whose accelerations differ may meet again
     after a contact, so ``meet`` leaves out what is barred itself, and ``soonest`` gets NOBODY; that may leave
     out what is after the end of the chord of either. Without it such a scene is refused; a broad phase needs
     nothing, since it sees straight chords (``kinetile.kernel.chords``).
@@ -217,7 +217,7 @@ class PairParts:
     alike: bool = False
     periodic: bool = False
     shapes: bool = False
-    bent: bool = False
+    accelerated: bool = False
     numbers: Floats | None = None
 
 
@@ -237,7 +237,8 @@ class WallParts:
     ``touch(k, body, wall) -> (nx, ny, depth)``: the normal into the wall, and how deep the body is in it.
     None: the phase does not work with responses that need it.
 
-    ``bent``: these hooks are for a scene with accelerations (``scene.bent``), as in ``PairParts``.
+    ``accelerated``: these hooks are for a scene with accelerations (``scene.accelerated``), as in
+    ``PairParts``.
 
     ``periodic`` and ``shapes``: as in ``PairParts``; of a body with a shape each side has its own reach.
 
@@ -253,7 +254,7 @@ class WallParts:
     periodic: bool = False
     shapes: bool = False
     inside: Hook | None = None
-    bent: bool = False
+    accelerated: bool = False
 
 
 @dataclass(frozen=True)

@@ -185,7 +185,7 @@ def read_end(
     if not is_finite(until):
         raise ValueError(f"until must be a finite time; found {shown(until)}")
     until = float(until)
-    last = settings.until if scene.arena is None and scene.bent else None
+    last = settings.until if scene.arena is None and scene.accelerated else None
     if last is not None and until > math.nextafter(last, math.inf):  # the exact end may be a rounding later
         raise ValueError(
             f"until={until} is after the scene's end, {last}: expected at most that, since without walls "
@@ -368,7 +368,7 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     straight and without periodic axes; None for others, which may be right as well: to read them value by
     value takes eight times as long."""
     scene, apart = engine.scene, (new.kind, new.shape, new.acceleration)
-    if scene.shapes or scene.periodic or scene.bent or not all(each is None for each in apart):
+    if scene.shapes or scene.periodic or scene.accelerated or not all(each is None for each in apart):
         return None
     both = new.position, new.velocity
     position, velocity = (two.tolist() if isinstance(two, np.ndarray) else two for two in both)
@@ -402,7 +402,7 @@ def _cannot_come(why: str) -> ValueError:
 def _with_pull(scene: Scene, largest: Sequence[float]) -> Scene:
     """Returns a scene in which accelerations differ and may be as large as this along x and y."""
     ax, ay = map(abs, largest)
-    same = ax <= scene.pull[0] and ay <= scene.pull[1] and not (scene.bent and scene.uniform)
+    same = ax <= scene.pull[0] and ay <= scene.pull[1] and not (scene.accelerated and scene.uniform)
     return scene if same else widened(scene, pull=(ax, ay))
 
 
@@ -457,7 +457,7 @@ def read_insertions(
         rows[those] = read(those[0])
     rows["x"], rows["y"] = places.T
     rows["vx"], rows["vy"] = flies.T
-    for at in _odd(engine.scene, places, flies, any(scene.bent for scene in scenes)):
+    for at in _odd(engine.scene, places, flies, any(scene.accelerated for scene in scenes)):
         read(at)
     fastest = int(np.hypot(rows["vx"], rows["vy"]).argmax())
     smallest = min(engine.bounds.smallest, float(rows["radius"].min()))

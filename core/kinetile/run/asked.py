@@ -31,7 +31,7 @@ OfKinds = Kind | Iterable[Kind] | None
 Placed = Coordinates | tuple[float, float, Shape]
 
 
-class AskedMoment(Moment):
+class QueryableMoment(Moment):
     """A moment that can be asked."""
 
     @answering

@@ -99,8 +99,8 @@ def of_entries(k: Kernel) -> Iterator[str]:
     queue = k.queue
     contact = np.where(queue.exact == 1, PAIR, GUESS)
     known = queue.wall != NOT_ASKED
-    leave = k.traits.leave if len(k.traits) else np.full_like(queue.own, NEVER)
-    choices: list[Any] = [queue.own, queue.tick, np.where(known, queue.wall, NEVER), leave]
+    leave = k.traits.leave if len(k.traits) else np.full_like(queue.certificate, NEVER)
+    choices: list[Any] = [queue.certificate, queue.tick, np.where(known, queue.wall, NEVER), leave]
     constant: list[Any] = [STRUCTURAL, contact, WALL, PARTING]
     if len(k.shadows):
         choices.append(k.bodies.end)
@@ -217,7 +217,7 @@ def of_passings(k: Kernel, tables: Any, composition: Composition, place: Any) ->
     if composition.pair is None or not composition.passing:
         return
     table, lists = k.passings, k.clock[0].lists
-    yield from of_lists(table, k.passers, "the passings", lists.passings, lists.passable)
+    yield from of_lists(table, k.passers, "the passings", lists.passings, lists.free_passing)
     live = np.flatnonzero(table.a >= 0)
     passings, parting = table[live], np.full(len(live), NEVER)
     compose(compute_partings, composition.parts(), "parting", Kernel)(tables, passings, parting)
@@ -309,7 +309,7 @@ def complaints(k: Kernel, tables: Any, composition: Composition, delta: float) -
     lists = k.clock[0].lists
     for check in (of_calendar, of_entries, of_places, of_lookup):
         yield from map(Complaint, check(k))
-    yield from map(Complaint, of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free))
+    yield from map(Complaint, of_lists(k.pairs, k.firsts, "the pair set", lists.pairs, lists.free_pair))
     if broad.audit is not None:
         yield from (Complaint(f"{OWN}{text}") for text in broad.audit(as_seen(k), broad.state))
     near = np.zeros((0, 2), dtype=np.int32)
@@ -318,7 +318,7 @@ def complaints(k: Kernel, tables: Any, composition: Composition, delta: float) -
         yield from map(Complaint, _near(k, named))
         near = pairs_of_named(named)
     yield from _contact_times(k, tables, composition, near)
-    repaired = bool((k.queue.own > k.clock[0].now).all())  # no certificate fails at this very tick
+    repaired = bool((k.queue.certificate > k.clock[0].now).all())  # no certificate fails at this very tick
     if composition.pair is not None and repaired:
         between = _gaps(tables, composition) if broad.outlines else None
         yield from _touching(k, near, delta, composition.prepared.periods, between)

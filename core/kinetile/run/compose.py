@@ -169,7 +169,7 @@ DEFAULT_BROAD_PHASE = "cells"
 """The default: it accepts every scene, and is mostly the fastest (docs/which-broad-phase.md)."""
 
 
-class Commands(IntEnum):
+class CommandSupport(IntEnum):
     """The commands that are compiled into a loop."""
 
     NONE = 0
@@ -177,7 +177,7 @@ class Commands(IntEnum):
     ALL = 2
 
     @classmethod
-    def of(cls, scene: Scene) -> "Commands":
+    def of(cls, scene: Scene) -> "CommandSupport":
         """Returns which commands a scene has."""
         if any(OF_CLASS[type(command)] in COME_OR_GO for command in scene.commands):
             return cls.ALL
@@ -217,7 +217,7 @@ class Composition:
     @property
     def mixed(self) -> bool:
         """Whether bodies have different accelerations, so that two that have met may meet again."""
-        return self.prepared.bent and not self.prepared.uniform
+        return self.prepared.accelerated and not self.prepared.uniform
 
     @property
     def gap(self) -> Hook | None:
@@ -248,13 +248,13 @@ class Composition:
         ]
         return max(above)[1] if above else " or ".join(theirs) or own
 
-    def loop(self, commands: Commands) -> Callable[..., Any]:
+    def loop(self, commands: CommandSupport) -> Callable[..., Any]:
         """Returns the loop for these phases, compiled at the first call or when it is made ready."""
         return compose(advance, self.parts(commands), self.label, type(self.broad.state))
 
     def carrying_out(self) -> Callable[..., Any]:
         """Returns what runs one command by itself, for a broad phase that cannot insert or remove a body."""
-        parts = self.parts(Commands.ALL) | {"LIVING": True, "enter": NOTHING[3], "leave": NOTHING[3]}
+        parts = self.parts(CommandSupport.ALL) | {"LIVING": True, "enter": NOTHING[3], "leave": NOTHING[3]}
         return compose(run_one_command, parts, f"command_{self.label}", type(self.broad.state))
 
     @cached_property
@@ -270,7 +270,7 @@ class Composition:
         given |= {"SHAPES": self.gap is not None, "gap": self.gap}
         return compose(find_blockers, {**features.NONE, **given}, "room", Kernel)
 
-    def features(self, commands: Commands) -> dict[str, Any]:
+    def features(self, commands: CommandSupport) -> dict[str, Any]:
         """Returns the features of a loop with such commands."""
         scene, rules = self.prepared, self.rules
         return features.values(
@@ -278,20 +278,20 @@ class Composition:
             BOUNDS=self.pair is not None and self.pair.soonest is not None,
             WALLED=self.wall is not None,
             PERIODIC=bool(scene.periodic),
-            ACCELERATIONS=scene.bent,
+            ACCELERATIONS=scene.accelerated,
             UNEQUAL=self.mixed,
             RESTING=scene.resting,
             RULES=rules is not None,
             RESPONSES=0 if rules is None else len(rules.hooks),
             FOREIGN=rules is not None and bool(rules.foreign),
             PASSINGS=self.passing,
-            SHAPES=self.gap is not None and (commands == Commands.ALL or self.passing),
-            COMMANDS=commands > Commands.NONE,
-            LIVING=commands > Commands.TURNS and self.living,
+            SHAPES=self.gap is not None and (commands == CommandSupport.ALL or self.passing),
+            COMMANDS=commands > CommandSupport.NONE,
+            LIVING=commands > CommandSupport.TURNS and self.living,
             AHEAD=self.broad.soon is not None and scene.capacity >= LARGE_SCENE,
         )
 
-    def parts(self, commands: Commands = Commands.NONE) -> dict[str, Any]:
+    def parts(self, commands: CommandSupport = CommandSupport.NONE) -> dict[str, Any]:
         """Returns the features and the hooks of a loop with such commands."""
         given = self.features(commands)
         unused = [name for name, by in CALLED_WITH.items() if not any(given[each] for each in by)]
@@ -306,7 +306,7 @@ class Composition:
             found |= {name: getattr(owner, name, None) for name in names}
         parts |= {name: part for name, part in found.items() if part is not None and name not in unused}
         parts = {name: checked(name, part) if is_checked(part) else part for name, part in parts.items()}
-        if self.prepared.bent:
+        if self.prepared.accelerated:
             parts |= {name: seeing(name, parts[name]) for name in PHASE_HOOKS if name in parts}
         return parts
 
@@ -414,11 +414,11 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: PhaseOptions | No
     wall = next((parts for parts in given.values() if isinstance(parts, WallParts)), None)
     if scene.periodic:
         _demand_periodic(scene, (name, broad), given)
-    if scene.bent:
+    if scene.accelerated:
         _demand_accelerations(given)
     walled = scene.arena is not None and wall is not None
     open_walls = scene.arena is not None and wall is None and scene.periodic != "xy"
-    if open_walls and (pair is not None or scene.bent):
+    if open_walls and (pair is not None or scene.accelerated):
         raise Refused(
             f"of {', '.join(narrow) or 'no narrow phases'} none is for walls, and bodies would leave the "
             "arena: name wall, or leave the arena out of the scene"
@@ -432,7 +432,7 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: PhaseOptions | No
         if skin.delta > broad.skin_limit:
             raise too_thick(name, skin.delta, broad.skin_limit)
         margin = margin_of(scene, broad.skin_limit)
-        if scene.bent and shortest(scene.pull, margin, scene.time_unit) < LEAST_SPAN:
+        if scene.accelerated and shortest(scene.pull, margin, scene.time_unit) < LEAST_SPAN:
             raise _BroadPhaseRefuses(
                 f"{name} leaves the chords of accelerated bodies a margin of {margin:.3g}, too little for any"
             )
@@ -447,9 +447,9 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: PhaseOptions | No
 
 def _demand_accelerations(narrow: Mapping[str, PairParts | WallParts]) -> None:
     for name, parts in narrow.items():
-        if not parts.bent or parts.touch is None:
-            lacks = "does not know accelerations (bent=True)"
-            if parts.bent:
+        if not parts.accelerated or parts.touch is None:
+            lacks = "does not know accelerations (accelerated=True)"
+            if parts.accelerated:
                 lacks = "does not say along which line bodies touch (touch)"
             raise Refused(f"{described('narrow phase', name)} {lacks}, and bodies of this scene have some")
 

@@ -36,10 +36,10 @@ from kinetile.plugin.drawing import Item
 from kinetile.run import arguments
 from kinetile.run.advance import End, Ended, Event, advance, advance_one, next_event
 from kinetile.run.arguments import StopAt
-from kinetile.run.asked import AskedMoment
+from kinetile.run.asked import QueryableMoment
 from kinetile.run.callbacks import OnContact, read_calls
 from kinetile.run.candidates import by_number, drawn, named_near, pairs_of_named
-from kinetile.run.compose import Commands, Composition, Named, compose_phases
+from kinetile.run.compose import CommandSupport, Composition, Named, compose_phases
 from kinetile.run.engine.by_hand import carry_out, command_rows, insert_those_with_room
 from kinetile.run.engine.engine import Engine
 from kinetile.run.engine.kept import Kept, unchanged_if
@@ -123,7 +123,7 @@ class _Alone(Unbroken):
         Unbroken.__exit__(self, kind, error, trace)
 
 
-class Simulation(AskedMoment):
+class Simulation(QueryableMoment):
     """Bodies in motion under a choice of phases.
 
     Args:
@@ -172,7 +172,9 @@ class Simulation(AskedMoment):
             audit = read_count(audit, "audit", "contacts", 1)
         if room is not None:
             room = max(read_count(room, "room"), len(scene))
-        prepared = Prepared.of(scene, room) if live or Commands.of(scene) == Commands.ALL else scene
+        prepared = (
+            Prepared.of(scene, room) if live or CommandSupport.of(scene) == CommandSupport.ALL else scene
+        )
         if scene.changing and not keep_commands:
             raise BadOption(
                 "keep_commands=False is for scenes that plan no SetKind: expected set_kind by hand"
@@ -181,7 +183,7 @@ class Simulation(AskedMoment):
         if not (compiled is None or isinstance(compiled, bool)):
             raise TypeError(f"compiled is {compiled!r}; expected True (first), False (never) or None")
         composition = replace(composition, compiled=compiled)
-        commands = Commands.ALL if live else Commands.TURNS if turning else Commands.NONE
+        commands = CommandSupport.ALL if live else CommandSupport.TURNS if turning else CommandSupport.NONE
         super().__init__(scene, Engine(prepared, composition, keep_contacts, commands, None, keep_commands))
         self._audit = audit
         self._running: End | None = None
@@ -878,7 +880,7 @@ def simulation_of(
         phases.broad_phase if broad_phase is None else broad_phase,
         narrow_phases=phases.narrow_phases,
         options=phases.options if broad_phase is None else options,
-        live=snapshot.state.commands == Commands.ALL,
+        live=snapshot.state.commands == CommandSupport.ALL,
         compiled=compiled,
     )
     simulation._go_on_from(snapshot)

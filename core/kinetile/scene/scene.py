@@ -181,7 +181,7 @@ class Scene:
         return (0.0, 0.0) if self.arena is None else Extent(self.arena, self.periodic).periods
 
     @property
-    def bent(self) -> bool:
+    def accelerated(self) -> bool:
         """Whether some bodies are accelerated, so that their plans are bent."""
         return any(self.pull)
 
@@ -267,7 +267,7 @@ class Scene:
             repr(self.responses).encode(),
             self.periodic.encode(),
             repr((self.shape.tolist(), self.shapes)).encode() if self.shapes else b"",
-            repr(self.gravity).encode() + self.acceleration.tobytes() if self.bent else b"",
+            repr(self.gravity).encode() + self.acceleration.tobytes() if self.accelerated else b"",
             repr(self.names).encode() if self.names else b"",
         )
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from kinetile.kernel.certificates.structural import first_rise as first_rise
     from kinetile.kernel.certificates.structural import schedule as schedule
     from kinetile.kernel.certificates.structural import ticks_after as ticks_after
+    from kinetile.kernel.certificates.walls import inside_accelerated as inside_accelerated
     from kinetile.kernel.certificates.walls import inside_arena as inside_arena
-    from kinetile.kernel.certificates.walls import inside_bent as inside_bent
     from kinetile.kernel.compiled import hook as hook
     from kinetile.kernel.compiled import larger as larger
     from kinetile.kernel.compiled import smaller as smaller

@@ -70,7 +70,7 @@ def flown(speed: float, unit: float, spans: int) -> float:
 def margin_of(scene: Scene, limit: float | None = None) -> float:
     """Returns how far a shadow may be from its body (``kinetile.kernel.chords``): an eighth of the
     smallest radius, and half of the skin's limit at most; 0 where no body is accelerated."""
-    if not scene.bent:
+    if not scene.accelerated:
         return 0.0
     coming = [command.radius for command in scene.commands if isinstance(command, Insert)]
     most = min([*scene.radius.tolist(), *coming], default=1.0) * SHARE
@@ -80,7 +80,7 @@ def margin_of(scene: Scene, limit: float | None = None) -> float:
 def drop_of(scene: Scene) -> float:
     """Returns the largest square of a speed that a body can gain by falling: 2 a.d for the arena's diagonal
     d and the largest accelerations; in the open plane 2 |a|^2 t^2 for the time t up to the scene's end."""
-    if not scene.bent:
+    if not scene.accelerated:
         return 0.0
     x, y = scene.pull
     if scene.arena is not None:
@@ -97,7 +97,7 @@ def fastest(scene: Scene, squares: float, lightest: float) -> float:
     In the open plane the root W of the sum of m v^2 grows by sum(m a.v) / W <= |a| sqrt(M) a unit of time, M
     being the sum of m: up to W + |a| sqrt(M) t, whose square is at most 2 (W^2 + M |a|^2 t^2).
     """
-    return math.sqrt((2.0 if scene.bent and scene.arena is None else 1.0) * squares / lightest)
+    return math.sqrt((2.0 if scene.accelerated and scene.arena is None else 1.0) * squares / lightest)
 
 
 def chord_speed(scene: Scene) -> float:
@@ -122,7 +122,9 @@ def speed_bound(scene: Scene) -> float:
     terms = (scene.mass[~static] * squares[~static]).tolist()
     lifted = [mass[each.body] for each in scene.commands if isinstance(each, Accelerate | Move)]
     drop = drop_of(scene)
-    terms += [each * drop for each in (*mass.values(), *lifted) if each < math.inf] if scene.bent else []
+    terms += (
+        [each * drop for each in (*mass.values(), *lifted) if each < math.inf] if scene.accelerated else []
+    )
     for command in scene.commands:
         if isinstance(command, Insert | Turn):
             square = command.velocity[0] ** 2 + command.velocity[1] ** 2

@@ -2,8 +2,8 @@
 
 The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
 is what discs (``touch``, ``parting``; ``touch_about`` and ``accelerated_touch_about``, if a bound is known)
-and convex bodies (``enters``, ``leaves``) take; walls take coordinates (``reaches``). The difference of two
-convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here.
+and convex bodies (``enters``, ``leaves``) take; walls take coordinates (``reaches_edge``). The difference of
+two convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here.
 Along periodic axes ``first_image_of`` goes through all images.
 """
 
@@ -32,7 +32,7 @@ from kinetile.kernel.certificates.shapes_exactly import RADIUS as RADIUS
 from kinetile.kernel.certificates.shapes_exactly import RANK as RANK
 from kinetile.kernel.certificates.shapes_exactly import WIDE as WIDE
 from kinetile.kernel.certificates.structural import FAR as FAR
-from kinetile.kernel.certificates.walls import reaches as reaches
+from kinetile.kernel.certificates.walls import reaches_edge as reaches_edge
 from kinetile.kernel.compiled import Numbers as Numbers
 from kinetile.kernel.compiled import pointer as pointer
 from kinetile.kernel.compiled import with_accelerations as with_accelerations

@@ -201,7 +201,7 @@ def check_scope(scene: Scene, narrow_phases: Sequence[str] | None = None) -> Non
     found = {
         "bodies of other shapes": scene.shapes,
         "periodic axes": any(scene.periods),
-        "accelerations": scene.bent,
+        "accelerations": scene.accelerated,
         "immovable bodies": not all(map(math.isfinite, scene.mass.tolist())),
         f"the responses {listed(sorted(responses))}": responses,
         "insertions or removals": any(not isinstance(each, Turn) for each in scene.commands),

@@ -234,7 +234,7 @@ def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sw
 def steps_until(scene: Scene, dt: float, until: float) -> int:
     """Returns how many steps of ``dt`` lead to ``until``, or just beyond it. Raises ValueError for an
     invalid ``dt`` or ``until``, and Refused where not all bodies are discs that fly straight."""
-    if scene.shapes or scene.bent:
+    if scene.shapes or scene.accelerated:
         has = "bodies of other shapes" if scene.shapes else "accelerations"
         raise Refused(f"what goes in steps is given discs that fly straight, and this scene has {has}")
     if not (math.isfinite(dt) and dt > 0.0):

@@ -130,7 +130,7 @@ def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[PairMomen
         note_all_places(k, int(k.clock[0].now))
         yield PairMoment(sim, f"at time {sim.time!r}, 2^{power} times as slow,", k)
     fast = np.hypot(sim.tables.bodies.vx, sim.tables.bodies.vy).max(initial=0.0)
-    for _ in range(0 if sim.scene.bent or sim.scene.periodic or fast == 0.0 else DRAWN):
+    for _ in range(0 if sim.scene.accelerated or sim.scene.periodic or fast == 0.0 else DRAWN):
         k = copied(sim.tables)
         place, velocity = toolbox.positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
         # The first half of these just touch, or hardly overlap, one of the others as they pass.
@@ -201,7 +201,7 @@ def its_bounds_are_never_late(case: Case) -> None:
         delay = (ticks - now) * (1.0 + 2.0**-50) / per_time
         # A bound within this tick is never late.
         late = (bound > delay) & (ticks >= now) & (ticks < NEVER) & (bound * per_time >= 1.0)
-        if case.scene.bent:  # up to the end of the chord of either
+        if case.scene.accelerated:  # up to the end of the chord of either
             late &= ticks < k.bodies.end[met.who].min(axis=1)
         for row in np.flatnonzero(late)[:1].tolist():
             text = f"bodies {met.who[row].tolist()} meet after {delay[row].item()!r}"
@@ -230,7 +230,7 @@ def walls_are_met_at_the_tick_of_the_specification(case: Case) -> None:
     """Where it takes `inside_arena`, so that walls are at the arena's edges, bodies meet them at the tick of
     `wall`"""
     (name, options), *_ = case.subject.of_role("wall").items() or [("", {})]
-    inside = toolbox.inside_bent if case.scene.bent else toolbox.inside_arena
+    inside = toolbox.inside_accelerated if case.scene.accelerated else toolbox.inside_arena
     if case.scene.arena is None or _walls(name, options, case.scene).inside is not inside:
         raise DoesNotApply("it does not say that walls are at the edges of an arena")
     named, usual = (_walls(each, how, case.scene) for each, how in ((name, options), ("wall", GENERAL)))

@@ -315,7 +315,7 @@ def _tied(subject: Subject, scene: Scene) -> Scene:
         alone = np.where((np.arange(2) == axis) | ~moved[:, None], velocity, 0.0)
         sim = subject.simulation(scene.replace(velocity=alone))
         sim.build()
-        own = sim.tables.queue.own[: len(scene)]
+        own = sim.tables.queue.certificate[: len(scene)]
         return np.where(own < NEVER, own - sim.tables.clock[0].now, 0)
 
     ticks = np.column_stack([due(0), due(1)])
@@ -363,7 +363,7 @@ def pairs_are_overlapping_boxes(case: Case) -> None:
 
     def look(sim: Simulation) -> None:
         k = sim.tables
-        if (k.queue.own <= k.clock[0].now).any():
+        if (k.queue.certificate <= k.clock[0].now).any():
             return  # a certificate fails at this moment: what holds between events holds after its repair
         place, sides = sim.positions(), reaches_of(k)[k.slots[sim.bodies]]
         between = (place[:, None] - place[None]).transpose(2, 0, 1)

@@ -72,7 +72,7 @@ def _cells(k: Kernel, s: State, there: Whole) -> _Cells:
 def _places(k: Kernel, there: Whole, cells: _Cells) -> Iterator[str]:
     """Every body is within its cell, by its plan, but for less than two skins."""
     at, side, slack, several = cells
-    waiting, place = np.asarray(k.queue.own[there]) > k.clock[0].now, positions_now(k)[there]
+    waiting, place = np.asarray(k.queue.certificate[there]) > k.clock[0].now, positions_now(k)[there]
     slack = slack + 2.0 * k.clock[0].limits.skin
     outside = (place < at * side - slack) | (place > (at + 1.0) * side + slack)
     for body, axis in np.argwhere(outside & waiting[:, None] & several):
@@ -82,7 +82,7 @@ def _places(k: Kernel, there: Whole, cells: _Cells) -> Iterator[str]:
 
 def _certificates(k: Kernel, s: State, there: Whole, cells: _Cells) -> Iterator[str]:
     """Every certificate fails when the body reaches the first edge ahead of it, and that edge is noted."""
-    bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.own[there]
+    bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.certificate[there]
     at, side, slack, several = cells
     place, speed = np.column_stack([bodies.x, bodies.y]), np.column_stack([bodies.vx, bodies.vy])
     with np.errstate(all="ignore"):
@@ -161,7 +161,7 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     of the eight around it, on the table: where the plane is wound up that may be far away.
     """
     there = np.flatnonzero(k.queue.number >= 0).tolist()
-    own = k.queue.own.tolist()
+    own = k.queue.certificate.tolist()
     homes = s.homes.view(np.ndarray).tolist()  # (x, y, cell, next, way, level)
     grids = s.levels.view(np.ndarray)
     names = ("side", "height", "columns", "rows", "cells", "first")

@@ -13,7 +13,7 @@ from kinetile_plugins.cells.layout import (
     list_ahead,
     list_around,
     move_out,
-    settle,
+    put_home,
     wrapped,
 )
 from kinetile_plugins.cells.uniform import fetch_around, watch
@@ -71,7 +71,7 @@ def _invite(s: State, body: int) -> None:
 def build(k: Kernel, s: State) -> None:
     """Puts every body into the cells that ``arrange`` has found, and watches it."""
     for body in range(k.clock[0].bodies):
-        settle(s, body)
+        put_home(s, body)
         _invite(s, body)
         watch(k, s, body)
 

@@ -261,7 +261,7 @@ def list_ahead(k: Kernel, s: State, level: int, cell: int, right: int, up: int, 
 
 
 @hook
-def settle(s: State, body: int) -> None:
+def put_home(s: State, body: int) -> None:
     """Puts a body into the cell of its column and row."""
     home = s.homes[body]
     grid = s.levels[home.level]
@@ -282,7 +282,7 @@ def come_home(k: Kernel, s: State, body: int, level: int) -> None:
         home.x += float(k.images[body].kx * grid.columns)
         home.y += float(k.images[body].ky * grid.rows)
     home.level = level
-    settle(s, body)
+    put_home(s, body)
 
 
 @hook

@@ -23,7 +23,7 @@ from kinetile_plugins.cells.layout import State
 
 _hooks = with_constants(
     (
-        *(layout.beside, layout.list_around, layout.list_ahead, layout.settle, layout.come_home),
+        *(layout.beside, layout.list_around, layout.list_ahead, layout.put_home, layout.come_home),
         layout.go_over,
         *(uniform.watch, uniform.build, uniform.near, uniform.repair, uniform.enter),
     ),

@@ -13,7 +13,7 @@ from kinetile_plugins.cells.layout import (
     list_ahead,
     list_around,
     move_out,
-    settle,
+    put_home,
 )
 
 FETCHED = 2
@@ -67,7 +67,7 @@ def watch(k: Kernel, s: State, body: int) -> None:
 def build(k: Kernel, s: State) -> None:
     """Puts every body into its cell, which ``arrange`` has found, and watches it."""
     for body in range(k.clock[0].bodies):
-        settle(s, body)
+        put_home(s, body)
         watch(k, s, body)
 
 

@@ -72,8 +72,9 @@ def _ticks(k: Kernel, s: State, there: Integers, h: Integers, owned: Integers) -
         yield f"{_edge(s, each)} failed {now - s.due[each]} ticks ago"
     soonest = np.full(len(s.first), NEVER)
     np.minimum.at(soonest, s.org[h], due)
-    for body in there[k.queue.own[there] != soonest[there]]:
-        yield f"body {body} is queued for tick {k.queue[body].own}, its first edge fails at {soonest[body]}"
+    for body in there[k.queue.certificate[there] != soonest[there]]:
+        queued = k.queue[body].certificate
+        yield f"body {body} is queued for tick {queued}, its first edge fails at {soonest[body]}"
 
 
 def _places(k: Kernel, s: State, there: Integers, h: Integers, sites: Integers) -> Iterator[str]:

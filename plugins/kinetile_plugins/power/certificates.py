@@ -240,7 +240,7 @@ def enlist(s: State, count: int, h: int) -> int:
 
 
 @hook
-def settle(k: Kernel, s: State, site: int) -> None:
+def reschedule(k: Kernel, s: State, site: int) -> None:
     """Queues a body for the first of the edges that it owns to fail."""
     if site >= slots(s):
         return
@@ -259,10 +259,10 @@ def note(k: Kernel, s: State, h: int, site: int, tick: int) -> None:
     """Notes when an edge fails, at its owner's half-edge, and queues the owner."""
     old = s.due[h]
     s.due[h] = tick
-    if tick <= k.queue[site].own:
+    if tick <= k.queue[site].certificate:
         schedule(k, site, tick)
-    elif old == k.queue[site].own:
-        settle(k, s, site)
+    elif old == k.queue[site].certificate:
+        reschedule(k, s, site)
 
 
 @hook

@@ -7,7 +7,7 @@ point was raised over the lifted surface, until three are left.
 
 from kinetile.toolbox import Kernel, hook, offer, unchecked
 
-from .certificates import enlist, fails, owned, ring, settle, spot, sunk, turn, watch, watch_around
+from .certificates import enlist, fails, owned, reschedule, ring, spot, sunk, turn, watch, watch_around
 from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, split, succ
 
 
@@ -25,7 +25,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
     """An edge of a body fails, or has come to its bound: it flips, or is watched again."""
     h = int(s.first[body])
     for _ in range(len(s.first)):
-        if s.due[h] == k.queue[body].own:
+        if s.due[h] == k.queue[body].certificate:
             break
         h = around(s, h)
     count = 0
@@ -37,7 +37,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
         count = enlist(s, count, pred(s.twin[h]))
     count = enlist(s, count, h)
     watch(k, s, count)
-    settle(k, s, body)
+    reschedule(k, s, body)
     return 0
 
 
@@ -99,7 +99,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
     insert(k, s, body)
     watch_around(k, s, body)
     for i in range(ring(s, body)):
-        settle(k, s, s.sites[i])
+        reschedule(k, s, s.sites[i])
 
 
 @unchecked
@@ -135,5 +135,5 @@ def leave(k: Kernel, s: State, body: int) -> None:
         count = enlist(s, count, s.listed[i])
     watch(k, s, count)
     for i in range(count):  # some edges are others than before: both ends are queued
-        settle(k, s, s.org[s.listed[i]])
-        settle(k, s, s.org[s.twin[s.listed[i]]])
+        reschedule(k, s, s.org[s.listed[i]])
+        reschedule(k, s, s.org[s.twin[s.listed[i]]])

@@ -206,7 +206,7 @@ def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     for tile in np.flatnonzero(flip != flips):
         kind = "order" if flips[tile] else "width"
         yield f"{tiles.name(tile)} fails by its {kind}, but is watched otherwise"
-    first, queued = s.due.reshape(-1, 4).min(axis=1), np.asarray(k.queue.own)
+    first, queued = s.due.reshape(-1, 4).min(axis=1), np.asarray(k.queue.certificate)
     for body in there[queued[there] != first[there]]:
         yield f"body {body} is queued for tick {queued[body]}, but its first tile fails at {first[body]}"
 

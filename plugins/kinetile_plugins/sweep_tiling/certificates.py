@@ -193,7 +193,7 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> 
 
 
 @hook
-def settle(k: Kernel, s: State, body: int) -> None:
+def reschedule(k: Kernel, s: State, body: int) -> None:
     """Schedules a body's certificate for the first of its three tiles to fail."""
     first = smaller(due_of(s, body, OUTER), smaller(due_of(s, body, UPPER), due_of(s, body, LOWER)))
     schedule(k, body, first)
@@ -241,10 +241,10 @@ def watch_around(k: Kernel, s: State, body: int) -> None:
     set_due(s, second, lane(tick, 5), lane(by_order, 5))
     set_due(s, third, lane(tick, 6), lane(by_order, 6))
     if body_of(first) < len(s.level):  # it may be the left edge
-        settle(k, s, body_of(first))
-    settle(k, s, body_of(second))
-    settle(k, s, body_of(third))
-    settle(k, s, body)
+        reschedule(k, s, body_of(first))
+    reschedule(k, s, body_of(second))
+    reschedule(k, s, body_of(third))
+    reschedule(k, s, body)
 
 
 @hook
@@ -260,6 +260,6 @@ def watch_tiles(k: Kernel, s: State, tiles: Tiles) -> None:
     set_due(s, two.left, lane(tick, 1), lane(by_order, 1))
     set_due(s, three.left, lane(tick, 2), lane(by_order, 2))
     if body_of(one.left) < len(s.level):  # it may be the left edge
-        settle(k, s, body_of(one.left))
-    settle(k, s, body_of(two.left))
-    settle(k, s, body_of(three.left))
+        reschedule(k, s, body_of(one.left))
+    reschedule(k, s, body_of(two.left))
+    reschedule(k, s, body_of(three.left))

@@ -40,7 +40,7 @@ def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
     for large in (compose.LARGE_SCENE, 0):
         monkeypatch.setattr(compose, "LARGE_SCENE", large)
         sim = kt.Simulation(SCENES[scene](), phase)
-        assert composition_of(sim).parts(compose.Commands.NONE)["AHEAD"] is (large == 0)
+        assert composition_of(sim).parts(compose.CommandSupport.NONE)["AHEAD"] is (large == 0)
         sim.run(until=20.0, max_contacts=20 if NOTHING_IS_COMPILED else 4000)
         readings = sim.readings
         runs.append((sim.fingerprint, sim.exact_time, readings.structural_events, readings.contacts_computed))
@@ -51,7 +51,7 @@ def test_it_is_for_large_scenes_only():
     small, large = (kt.make_scene("grid", bodies=n, density=0.1) for n in (90**2, 91**2))
     for scene, ahead in ((small, False), (large, True)):
         composition = compose.compose_phases(scene, "cells", None, None)
-        assert composition.parts(compose.Commands.NONE)["AHEAD"] is ahead
+        assert composition.parts(compose.CommandSupport.NONE)["AHEAD"] is ahead
 
 
 def ask(table, row):

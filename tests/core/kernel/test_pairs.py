@@ -50,7 +50,7 @@ def test_pairs_are_a_multiset(steps):
         partners = [b if a == body else a for a, b in live if body in (a, b)]
         assert sorted(k.near[: pairs_of(k, body)].tolist()) == sorted(partners)
     assert k.clock[0].fault.code == 0
-    free, at = 0, int(k.clock[0].lists.free)
+    free, at = 0, int(k.clock[0].lists.free_pair)
     while at >= 0:
         free, at = free + 1, int(k.pairs[at].next_a)
     assert free == CAPACITY - len(live)

@@ -39,7 +39,7 @@ def all_of(kind: type) -> dict[str, Any]:
 
 LOWERED, BY_RECORD = all_of(_Both), all_of(_ByRecord)
 APART = {name: each for name, each in LOWERED.items() if hasattr(each, "known")}
-SHARED = ["walls.reaches", "discs.touch"]
+SHARED = ["walls.reaches_edge", "discs.touch"]
 """Those that are in the loops which tests share."""
 
 GAMES = (
@@ -59,7 +59,7 @@ LENT = {
         lambda f, row, face, kind, order, plans, count: (f, row, face, face, plans, count),
     ),
     "quadratic.first_below": (
-        "walls.reaches",
+        "walls.reaches_edge",
         lambda far, near, *rest: (far - near, -0.5, 0.25, 0, *rest[3:]),
     ),
 }

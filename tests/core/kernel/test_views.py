@@ -40,7 +40,7 @@ class Tables(NamedTuple):
     bodies: Any
     shadows: Any
     places: Any
-    shades: Any
+    shadow_places: Any
 
 
 def tables() -> Tables:

@@ -291,7 +291,7 @@ def test_no_gravity_is_none():
         scene = kt.Scene(**ROOM, gravity=gravity)
         assert scene == plain
         assert repr(scene.gravity) == "(0.0, 0.0)"
-        assert not scene.bent
+        assert not scene.accelerated
         assert engine_of(kt.Simulation(scene)).loop is engine_of(kt.Simulation(plain)).loop
 
 

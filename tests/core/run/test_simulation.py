@@ -12,7 +12,7 @@ from agreement import assert_one_answer
 from kinetile.errors import PhaseError
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 from kinetile.kernel.features import FEATURES
-from kinetile.run.compose import CALLED_WITH, Commands, compose_phases
+from kinetile.run.compose import CALLED_WITH, CommandSupport, compose_phases
 from kinetile.run.simulation import composition_of
 from lanes import SHARED
 from registering import registered
@@ -102,7 +102,7 @@ def test_explain_names_what_is_left_out():
     for scene in (plain, passing, kt.make_scene("galton", rows=2, balls=1), plain.replace(arena=None)):
         sim = kt.Simulation(scene)
         said = "\n".join(sim.explain()["modelled"])
-        for name, value in composition_of(sim).features(Commands.of(scene)).items():
+        for name, value in composition_of(sim).features(CommandSupport.of(scene)).items():
             words = FEATURES[name].explained
             assert not words or (words in said) == bool(value), name
 

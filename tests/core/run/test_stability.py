@@ -28,9 +28,11 @@ def drop(sim: kt.Simulation, body: int, **known: int) -> None:
     for name, value in known.items():
         entry[name] = value
     wall = entry.wall = int(WALLS[""](k, k.bodies[body])[0])
-    key = min(int(entry.own), int(entry.tick), wall)
+    key = min(int(entry.certificate), int(entry.tick), wall)
     contact = PAIR if entry.exact else GUESS
-    entry.kind = STRUCTURAL if key == entry.own else contact if key == entry.tick and key < wall else WALL
+    entry.kind = (
+        STRUCTURAL if key == entry.certificate else contact if key == entry.tick and key < wall else WALL
+    )
     move(k, body, key)
 
 
@@ -58,7 +60,7 @@ def test_a_bound_that_is_dropped_is_told_by_the_audit(phase):
     for seed in range(4):
         sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=0.5, seed=seed), phase, audit=1)
         sim.run(max_contacts=30)
-        drop(sim, int(np.argmin(engine_of(sim).k.queue.own)), own=NEVER)
+        drop(sim, int(np.argmin(engine_of(sim).k.queue.certificate)), certificate=NEVER)
         with pytest.raises(AuditError):
             sim.run(max_contacts=0)
 

@@ -2,7 +2,7 @@
 
 import kinetile as kt
 from agreement import assert_one_answer
-from kinetile.kernel.certificates.walls import reaches
+from kinetile.kernel.certificates.walls import reaches_edge
 from kinetile.scene.scene import Settings
 from kinetile.toolbox import BOTTOM, LEFT, NEVER, RIGHT, TOP, Kernel, Records, WallParts, hook
 from registering import fixture
@@ -18,7 +18,7 @@ def after(k: Kernel, body: Records, place: float, speed: float) -> int:
     delay = NEVER
     if speed != 0.0:
         near = place if speed > 0.0 else NEAR
-        delay = reaches(far, near, body.radius, -abs(speed), 0.0, clock.tick, clock.per_time)
+        delay = reaches_edge(far, near, body.radius, -abs(speed), 0.0, clock.tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 

@@ -48,7 +48,7 @@ def copy_a_block(state) -> None:
 def test_plans_and_certificates_that_are_not_those_of_the_cells(sim):
     level, k = state_of(sim).levels[0], engine_of(sim).k
     level.slack *= 1.0 + 2.0**-20
-    schedule(k, 3, int(k.queue.own[3]) + 1)
+    schedule(k, 3, int(k.queue.certificate[3]) + 1)
     k.bodies[4].x += 0.5
     assert f"level 0 has cells of side 0.25: too narrow for a slack of {level.slack}" in said(sim)
     assert "body 3 reaches an edge at tick" in said(sim)

@@ -80,7 +80,7 @@ def test_a_body_at_rest_has_no_certificate():
     position = [[0.25, 0.25], [0.75, 0.75]]
     sim = kt.Simulation(kt.Scene(position, [[0.0, 0.0], [0.0, -0.5]], 0.1, arena=(1.0, 1.0)), "cells")
     sim.build()
-    own = engine_of(sim).k.queue.own
+    own = engine_of(sim).k.queue.certificate
     assert own[0] == NEVER
     assert own[1] < NEVER
 

@@ -4,7 +4,7 @@ from itertools import islice
 
 import pytest
 
-from kinetile.run.compose import Commands
+from kinetile.run.compose import CommandSupport
 from kinetile.run.simulation import composition_of
 from kinetile.scene import Insert, Remove, Scene, Turn
 from kinetile_conformance.cases import Subject, is_living
@@ -37,7 +37,7 @@ def test_scenes_of_all_kinds_have_one_loop_and_a_slot_for_each_body_where_none_c
         alike.replace(commands=[Remove(0, 1.0)]),
     ]
     sims = [Subject("sap-1d", {}).simulation(scene) for scene in scenes]
-    assert len({composition_of(sim).loop(Commands.ALL) for sim in sims}) == 1
+    assert len({composition_of(sim).loop(CommandSupport.ALL) for sim in sims}) == 1
     assert [len(sim.tables.bodies) for sim in sims[:3]] == [2, 2, 2]
     assert len(sims[3].tables.bodies) > 2
 

@@ -76,7 +76,7 @@ class Trial:
                 k.bodies[a].vx *= 0.5
             if how == "moves":
                 k.bodies[a].x += 2.0**-30
-            if how == "parts_what_falls_by_a_fixed_speed" and scene.bent and b >= 0:
+            if how == "parts_what_falls_by_a_fixed_speed" and scene.accelerated and b >= 0:
                 speed = closing_speed(k.bodies[a], k.bodies[b], nx, ny)
                 if speed < 0.5:
                     give(k, a, b, nx, ny, 0.5 * (speed - 0.5))

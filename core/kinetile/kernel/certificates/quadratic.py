@@ -6,15 +6,15 @@ to zero, or is below it for less than a tick.
 
 If G(start + 1) < 0 that is ``start``. Else G(n) >= 0 > G(n + 1) at the tick that is sought, so rule 6 holds
 there (``walls``); and wherever rule 6 holds, G(n + 1) < 0. So the tick is the first from ``start`` on at
-which rule 6 holds. ``reaches`` has w, the first from 0 on. If w > start, that is it. If w <= start, G was
-below zero and is not so any more: then it is convex and rises, and stays above.
+which rule 6 holds. ``reaches_edge`` has w, the first from 0 on. If w > start, that is it. If w <= start, G
+was below zero and is not so any more: then it is convex and rises, and stays above.
 
 A value in doubles is off by 2^-100 of its size where there is room (``has_room``); else whole numbers decide.
 """
 
 from kinetile.kernel.certificates.discs_exactly import gap_sign_exactly
 from kinetile.kernel.certificates.separation import Way, place_at, time_of
-from kinetile.kernel.certificates.walls import has_room, reaches
+from kinetile.kernel.certificates.walls import has_room, reaches_edge
 from kinetile.kernel.compiled import apart, hook
 from kinetile.kernel.tables import NEVER, Kernel
 
@@ -33,7 +33,7 @@ def first_below(gap: float, rate: float, bend: float, start: int, tick: float, p
         below = gap_sign_exactly(gap, rate, bend, tick, start + 1) < 0
     if below:
         return start
-    found = reaches(gap, 0.0, 0.0, rate, bend, tick, per_time)
+    found = reaches_edge(gap, 0.0, 0.0, rate, bend, tick, per_time)
     return found if found > start else NEVER
 
 

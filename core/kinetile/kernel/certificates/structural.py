@@ -44,9 +44,9 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
         blame(k, BAD_CERTIFICATE, body, NOBODY)
         return
     entry = k.queue[body]
-    before = entry.own
+    before = entry.certificate
     if before != tick:
-        entry.own = tick
+        entry.certificate = tick
         k.counts[0].updated += 1
         # A body that is filed under something else, and earlier than both, stays where it is.
         if body != k.clock[0].at_work and entry.key >= smaller(before, tick):

@@ -45,7 +45,7 @@ def has_room(sizes: float, slope: float, pull: float, tick: float) -> bool:
 
 
 @apart
-def reaches(
+def reaches_edge(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, per_time: float
 ) -> int:
     """Returns after how many ticks a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens at
@@ -146,7 +146,7 @@ def away_from_walls(place: float, speed: float, pull: float, side: float, edge: 
 
 @unchecked
 @hook
-def inside_bent(k: Kernel, body: Records, tick: int) -> bool:
+def inside_accelerated(k: Kernel, body: Records, tick: int) -> bool:
     """Returns the same of a body with an acceleration."""
     clock = k.clock[0]
     limits = clock.limits

@@ -9,7 +9,7 @@ import numpy as np
 
 T = TypeVar("T")
 
-SEEN = {"bodies": "shadows", "places": "shades"}
+SEEN = {"bodies": "shadows", "places": "shadow_places"}
 """The tables that broad phases see in the place of others, where bodies are accelerated."""
 
 

@@ -104,4 +104,4 @@ def _fetch(k: Kernel, body: int) -> None:
 def fetch_ring(k: Kernel, body: int) -> None:
     """Prefetches the ring in which a body will be filed, unless a wall comes first."""
     entry = k.queue[body]
-    prefetch(k.rings, ring_of(k, smaller(entry.own, entry.tick) >> k.clock[0].calendar.shift))
+    prefetch(k.rings, ring_of(k, smaller(entry.certificate, entry.tick) >> k.clock[0].calendar.shift))

@@ -281,7 +281,7 @@ def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
 def refile(k: Kernel, h: int) -> None:
     """Files a body under the first of what awaits it."""
     entry = k.queue[h]
-    key = entry.own
+    key = entry.certificate
     kind = STRUCTURAL
     if entry.tick < key:
         key = entry.tick

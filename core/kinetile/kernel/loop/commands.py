@@ -79,7 +79,7 @@ from kinetile.kernel.tables import (
     slot_of,
 )
 
-FREE = -(1 << 30)
+NO_BLOCKER = -(1 << 30)
 """What ``blocked_by`` returns where there is room."""
 
 enter = leave = ledge = to_be_filled_in
@@ -139,7 +139,7 @@ def has_vacancy(k: Kernel, command: Records) -> bool:
     limits = clock.limits
     room = clock.lists.vacant >= 0 or clock.bodies < len(k.bodies)
     if SHAPES:
-        room = room and k.forms[command.form].fits != 0
+        room = room and k.forms[command.form].prepared != 0
     return bool(room and limits.least <= command.radius and command.radius <= limits.widest)
 
 
@@ -181,7 +181,7 @@ def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: fl
 
 @template
 def wall_beyond(k: Kernel, command: Records) -> int:
-    """Returns the wall beyond which an inserted body would reach, or FREE."""
+    """Returns the wall beyond which an inserted body would reach, or NO_BLOCKER."""
     clock = k.clock[0]
     limits = clock.limits
     torus = clock.torus
@@ -207,7 +207,7 @@ def wall_beyond(k: Kernel, command: Records) -> int:
                 return BOTTOM
             if limits.height - y < up - allowed:
                 return TOP
-    return FREE
+    return NO_BLOCKER
 
 
 @template
@@ -245,12 +245,12 @@ def fill_move(k: Kernel, command: Records) -> int:
 @template
 def blocked_by(k: Kernel, command: Records) -> int:
     """Returns the slot of the eldest body, or the wall, that an inserted body, or one that moves, would
-    overlap; or FREE."""
+    overlap; or NO_BLOCKER."""
     own = NOBODY
     if command.code == MOVED:
         own = fill_move(k, command)
     found = wall_beyond(k, command)
-    if found != FREE:
+    if found != NO_BLOCKER:
         return found
     x, y = as_anchored(k, command.x, command.y)
     elapsed = since_origin(k, command.tick)
@@ -273,8 +273,8 @@ def blocked_by(k: Kernel, command: Records) -> int:
 @hook
 def caught_in(k: Kernel, command: Records) -> int:
     """Returns the slot of the eldest body that a body passes through, and would meet if it were of the kind
-    of a command; or FREE."""
-    found = FREE
+    of a command; or NO_BLOCKER."""
+    found = NO_BLOCKER
     body = slot_of(k, command.body)
     pair = k.passers[body]
     while pair >= 0:
@@ -294,10 +294,10 @@ def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
         x, y = as_anchored(k, command.x, command.y)
         for j in range(i):
             new = commands[j]
-            if found[i] == FREE and found[j] == FREE:
+            if found[i] == NO_BLOCKER and found[j] == NO_BLOCKER:
                 new_x, new_y = as_anchored(k, new.x, new.y)
                 if reaches_into(k, command, new_x - x, new_y - y, new, new.mass, new.kind):
-                    found[i] = FREE - 1 - j
+                    found[i] = NO_BLOCKER - 1 - j
 
 
 @hook
@@ -367,7 +367,7 @@ def insert_body(k: Kernel, command: Records) -> int:
             reach_as(k.shadows[body], form)
     entry = k.queue[body]
     entry.key = NEVER
-    entry.own = NEVER
+    entry.certificate = NEVER
     forget(k, body)
     plan_changed(k, body)
     if RULES:
@@ -410,7 +410,7 @@ def remove_body(k: Kernel, body: int) -> None:
     gone = k.bodies[body]
     _account(k, -k.mass[body], twice_energy(gone))
     entry = k.queue[body]
-    entry.own = NEVER
+    entry.certificate = NEVER
     forget(k, body)
     move(k, body, NEVER)
     for other in range(clock.bodies):
@@ -477,7 +477,7 @@ def foresee_ledge(k: Kernel, body: int) -> None:
 
 
 @template
-def free(k: Kernel, body: int, at: int) -> None:
+def free_slot(k: Kernel, body: int, at: int) -> None:
     """Lets a body go that is held, by no event of its own."""
     plan = k.bodies[body]
     anchor(k, body, at)
@@ -496,7 +496,7 @@ def free_from(k: Kernel, support: int, at: int) -> None:
     for number in range(len(k.slots) if k.mass[support] == math.inf else 0):
         body = k.slots[number]
         if body >= 0 and is_held_by(k, body, support):
-            free(k, body, at)
+            free_slot(k, body, at)
             k.bodies[body].freed = lists.freed
             lists.freed = body
 

@@ -25,7 +25,7 @@ from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
 from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
 from kinetile.kernel.loop.commands import (
-    FREE,
+    NO_BLOCKER,
     blocked_by,
     brings,
     carry_out,
@@ -107,12 +107,12 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
         if reason != NO_REASON:
             return reason, NO_TASK, NOBODY
     task = REPLAN
-    blocker = FREE
-    if (command.code == INSERTED and command.fits == 0) or command.code == MOVED:
+    blocker = NO_BLOCKER
+    if (command.code == INSERTED and command.has_room == 0) or command.code == MOVED:
         blocker = blocked_by(k, command)
     if PASSINGS and command.code == OF_KIND:
         blocker = caught_in(k, command)
-    if blocker != FREE:
+    if blocker != NO_BLOCKER:
         clock.fault.a = command.body
         clock.fault.b = blocker
         clock.now = larger(clock.now, at)  # else the time of the refusal would depend on the phase

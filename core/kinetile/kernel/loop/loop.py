@@ -67,7 +67,7 @@ from kinetile.kernel.loop import (
 from kinetile.kernel.loop.ahead import fetch_ring, fetch_two, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, refile, runner_up, wall_may_be_before
-from kinetile.kernel.loop.commands import free, may_come, met_at
+from kinetile.kernel.loop.commands import free_slot, may_come, met_at
 from kinetile.kernel.loop.events import (
     NO_TASK,
     REFILE,
@@ -186,7 +186,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
     elif RESTING and kind == WALL and leaves_support(k, h):
         clock.now = larger(clock.now, at)
         k.counts[0].structural += 1
-        free(k, h, at)
+        free_slot(k, h, at)
         task = REPLAN
     elif WALLED and kind == WALL:
         task = run_wall_contact(k, h, at)
@@ -413,9 +413,9 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
         return NO_TASK, at
     k.counts[0].exact += 1
     first = elder(k, h, other)
-    k.clock[0].about = entry.tick
+    k.clock[0].contact_guess = entry.tick
     tick = meeting(k, first, h + other - first)
-    k.clock[0].about = NEVER
+    k.clock[0].contact_guess = NEVER
     await_through(k, h)
     if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
         ask_all_exactly(k, s, h, other, tick, at)
@@ -437,9 +437,11 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     lists = clock.lists
     entry = k.queue[h]
     twin = k.queue[other]
-    rival = smaller(entry.own, twin.key)
+    rival = smaller(entry.certificate, twin.key)
     if twin.partner == h and twin.kind == GUESS and twin.seen == k.stamps[h]:
-        rival = smaller(entry.own, smaller(twin.own, twin.guard))  # the same guess, seen from there
+        rival = smaller(
+            entry.certificate, smaller(twin.certificate, twin.guard)
+        )  # the same guess, seen from there
     if COMMANDS and lists.command < lists.commands:
         rival = smaller(rival, k.commands[lists.command].tick)
     if PERIODIC:

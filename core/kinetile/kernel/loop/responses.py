@@ -295,9 +295,9 @@ def _parts(k: Kernel, record: Records) -> int:
 def begin_passing(k: Kernel, a: int, b: int, tick: int, m: int, n: int) -> None:
     """Begins a passing of two bodies, ``a`` the elder, through an image. Before: the table has room."""
     lists = k.clock[0].lists
-    new = lists.passable
+    new = lists.free_passing
     record = k.passings[new]
-    lists.passable = record.next_a
+    lists.free_passing = record.next_a
     record.a = a
     record.b = b
     record.m = m
@@ -347,8 +347,8 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
     count_row(k, tick, b, a)
     unlink(k.passings, k.passers, pair)
     record.a = -1
-    record.next_a = lists.passable
-    lists.passable = pair
+    record.next_a = lists.free_passing
+    lists.free_passing = pair
     lists.passings -= 1
     k.traits[a].inside -= 1
     k.traits[b].inside -= 1

@@ -17,8 +17,8 @@ import numpy as np
 from kinetile.arrays import Rows
 from kinetile.errors import NoRoom, Refused
 from kinetile.kernel.log import INSERTED, REMOVED
-from kinetile.kernel.loop.commands import FREE
-from kinetile.run.compose import Commands
+from kinetile.kernel.loop.commands import NO_BLOCKER
+from kinetile.run.compose import CommandSupport
 from kinetile.run.engine.bounds import Bounds, squares_of_bodies
 from kinetile.run.engine.commands import COMMAND_ROWS, STILL, packed, squares_of
 from kinetile.run.engine.engine import Engine
@@ -52,9 +52,9 @@ def carry_out(engine: Engine, code: int, rows: Rows, scene: Scene | None = None)
         return
     if code == INSERTED and len(rows) == 1 and not engine.due:
         (blocker,) = engine.blockers(rows).tolist()
-        if blocker != FREE:
+        if blocker != NO_BLOCKER:
             raise blocked(engine.k, engine.clock, rows[0], blocker)
-        rows["fits"] = True
+        rows["has_room"] = True
     need = _need_of(engine, code, rows)
     with nullcontext() if need.loop_alone else unchanged_if(engine, Refused):
         engine.fit(need.bounds, need.commands, need.speed)
@@ -75,17 +75,17 @@ def insert_those_with_room(engine: Engine, rows: Rows) -> dict[int, Refused]:
     if not len(rows):
         return {}
     found = engine.blockers(rows)
-    free = found == FREE
+    free = found == NO_BLOCKER
     rows["body"] = engine.numbers + np.cumsum(free) - free
     reasons = dict[int, Refused]()
     for at in np.flatnonzero(~free).tolist():
-        among = FREE - 1 - int(found[at])
+        among = NO_BLOCKER - 1 - int(found[at])
         if among >= 0:
             into = int(rows["body"][among])
             reasons[at] = NoRoom(f"there is no room: it reaches into body {into}, inserted with it")
         else:
             reasons[at] = blocked(engine.k, engine.clock, rows[at], int(found[at]))
-    rows["fits"] = free
+    rows["has_room"] = free
     carry_out(engine, INSERTED, rows[free])
     return reasons
 
@@ -96,13 +96,13 @@ class _Need(NamedTuple):
     command comes first, so only the loop itself may refuse one, and it changes nothing then."""
 
     bounds: Bounds
-    commands: Commands
+    commands: CommandSupport
     speed: float | None
     loop_alone: bool
 
 
 def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
-    commands = Commands.ALL if OF_CODE[code] in COME_OR_GO else Commands.TURNS
+    commands = CommandSupport.ALL if OF_CODE[code] in COME_OR_GO else CommandSupport.TURNS
     bounds, speed = engine.bounds, None
     if Does.FASTER in OF_CODE[code].does:
         bounds, needed = _bounds_with(engine, rows, code)
@@ -125,7 +125,7 @@ def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
     if code == INSERTED:
         lightest = min(lightest, *rows["mass"].tolist())
         smallest = min(smallest, *rows["radius"].tolist())
-    (drop, drift), room = engine.falls, 1.0 + 2.0**-20
+    (drop, drift), room = engine.fall_bounds, 1.0 + 2.0**-20
     gained = squares_of(rows, drop)
     needed = fastest(engine.scene, squares + gained, lightest) * room + drift
     if not needed <= speed:
@@ -136,17 +136,17 @@ def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
     return Bounds(lightest, smallest, squares + gained, speed, extent, skin), needed
 
 
-def _has_place_for(engine: Engine, code: int, rows: Rows, commands: Commands) -> bool:
+def _has_place_for(engine: Engine, code: int, rows: Rows, commands: CommandSupport) -> bool:
     """Whether commands can run without preparing the phases again: they are compiled into the loop, the phase
     inserts and removes bodies, and an inserted body has a slot (``has_vacancy`` of the kernel)."""
-    if engine.commands < commands or (commands == Commands.ALL and not engine.composition.living):
+    if engine.commands < commands or (commands == CommandSupport.ALL and not engine.composition.living):
         return False
     if code != INSERTED:
         return True
     k, fields, radii = engine.k, engine.fields, rows["radius"].tolist()
     vacant = fields.present[0] + len(rows) <= len(k.bodies)
     if len(k.forms):
-        vacant = vacant and k.forms.view(np.ndarray)["fits"][rows["form"]].all()
+        vacant = vacant and k.forms.view(np.ndarray)["prepared"][rows["form"]].all()
     limits = fields.limits
     return bool(vacant and limits.least[0] <= min(radii) and max(radii) <= limits.widest[0])
 

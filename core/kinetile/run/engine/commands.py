@@ -93,7 +93,7 @@ class Command(NamedTuple):
         if kind is Insert:
             given["kind"] = scene.kinds[given["kind"]] if scene.kinds != (0,) else None
             given["shape"] = scene.shapes[given["shape"]] if scene.shapes else None
-            given["acceleration"] = given["acceleration"] if scene.bent else None
+            given["acceleration"] = given["acceleration"] if scene.accelerated else None
             given["lifetime"] = given["lifetime"] or None
         made: SceneCommand = kind(**given)
         return made
@@ -299,21 +299,21 @@ def to_the_front(tables: Tables, rows: Rows) -> None:
     lists.command[0] = command - many
 
 
-class Told(NamedTuple):
+class KindHistory(NamedTuple):
     """What commands tell of kinds, which have numbers here: (kind, how many in a row) of the inserted bodies,
     in their order; and by the number of a body the last one that it has been given."""
 
     inserted: tuple[tuple[int, int], ...] = ()
     changed: Mapping[int, int] = {}
 
-    def with_rows(self, rows: Rows) -> "Told":
+    def with_rows(self, rows: Rows) -> "KindHistory":
         """Returns this with what later commands tell."""
         new = ((kind, 1) for kind in rows["kind"][rows["code"] == INSERTED].tolist())
         runs = groupby([*self.inserted[-1:], *new], itemgetter(0))
         inserted = tuple((kind, sum(many for _, many in run)) for kind, run in runs)
         change = rows[rows["code"] == OF_KIND]
         changed = dict(zip(change["body"].tolist(), change["kind"].tolist(), strict=True))
-        return Told(self.inserted[:-1] + inserted, {**self.changed, **changed})
+        return KindHistory(self.inserted[:-1] + inserted, {**self.changed, **changed})
 
 
 class History:
@@ -322,12 +322,16 @@ class History:
     blocks of about one size are joined."""
 
     def __init__(
-        self, rows: tuple[bytes, ...] = (), bases: Bases = (), told: Told | None = None, kept: bool = True
+        self,
+        rows: tuple[bytes, ...] = (),
+        bases: Bases = (),
+        told: KindHistory | None = None,
+        kept: bool = True,
     ) -> None:
         self.names: Mapping[str, int] = {}  # of inserted bodies that have one
         self.kept = kept
         self._rows = rows
-        self._told = told or Told()
+        self._told = told or KindHistory()
         self._bases = bases
         self._last: tuple[tuple[int, bytes], ...] = ()  # each with the base of its ticks
 
@@ -338,7 +342,7 @@ class History:
         return b"".join(self._rows), self._bases
 
     @property
-    def told(self) -> Told:
+    def told(self) -> KindHistory:
         """What all commands tell of kinds."""
         self._take_in_last()
         return self._told

@@ -63,7 +63,7 @@ from kinetile.kernel.tables import (
 from kinetile.plugin.calling import calling, place_of
 from kinetile.plugin.registry import sentence
 from kinetile.run.audit import check_all
-from kinetile.run.compose import Commands, Composition
+from kinetile.run.compose import CommandSupport, Composition
 from kinetile.run.engine import layout
 from kinetile.run.engine.bounds import MOST_FLOWN, Bounds
 from kinetile.run.engine.commands import COMMAND_ROWS, Agenda, Command, to_the_front
@@ -126,7 +126,7 @@ class Engine(Tables):
         scene: Scene,
         composition: Composition,
         keep_contacts: bool = True,
-        commands: Commands = Commands.NONE,
+        commands: CommandSupport = CommandSupport.NONE,
         state: RunState | None = None,
         keep_commands: bool = True,
     ) -> None:
@@ -155,7 +155,7 @@ class Engine(Tables):
         self.walled = scene.arena is not None and composition.wall is not None
         self.bounded = self.walled or scene.periodic == "xy"
         self.numbers = numbers_of(scene, self.history)
-        self.falls = drop_of(self.scene), chord_speed(self.scene)
+        self.fall_bounds = drop_of(self.scene), chord_speed(self.scene)
         self._requested = state.requested
         self.is_ready = False
         self._behind = NONE_BEHIND
@@ -249,7 +249,7 @@ class Engine(Tables):
 
     def _make_ready(self) -> None:
         with Interruptible():
-            if self.commands == Commands.ALL:  # first: a run goes over when its loop is on the disk
+            if self.commands == CommandSupport.ALL:  # first: a run goes over when its loop is on the disk
                 found = np.zeros(0, dtype=np.int64)
                 make_ready(self.composition.find_room, self.packed[0], np.zeros(0, COMMAND_ROWS), found)
             make_ready(self.loop, *self.packed, 0, 0, 0, 0)
@@ -422,7 +422,7 @@ class Engine(Tables):
         clock = k.clock[0]
         self.bounds = self.bounds_for(speed)
         layout.set_limits(k, self.bounds, self.composition)
-        if self.scene.bent:
+        if self.scene.accelerated:
             lay_all(k, self.bounds.skin.delta, float(clock.limits.margin))
         if clock.calendar.shift == 0:
             clock.calendar.shift = layout.first_shift(k, self.bounds.extent)
@@ -508,7 +508,7 @@ class Engine(Tables):
             self.composition, self.k, self.state, self.loop, self.is_ready = was
             raise
 
-    def _take_loop(self, commands: Commands) -> None:
+    def _take_loop(self, commands: CommandSupport) -> None:
         loop = self.composition.loop(commands)
         self.is_ready = self.is_ready and loop is self.loop
         self.commands, self.loop, self._enter = commands, loop, None
@@ -536,11 +536,11 @@ class Engine(Tables):
             if len(watch):
                 self.k = self.k._replace(watch=np.pad(watch, more))
 
-    def allow(self, commands: Commands) -> None:
+    def allow(self, commands: CommandSupport) -> None:
         """Takes a loop with these commands, and free slots where bodies may come."""
         if commands > self.commands:
             self._take_loop(commands)
-            if commands == Commands.ALL and self.composition.living:
+            if commands == CommandSupport.ALL and self.composition.living:
                 self._go_on_with(layout.renewed(self.k, self.scene, self.composition, roomy=True))
 
     # Commands by hand (``by_hand``)
@@ -553,11 +553,11 @@ class Engine(Tables):
 
     def widen(self, scene: Scene) -> None:
         """Goes on in a scene with more shapes, or larger accelerations."""
-        self.scene, self.falls = scene, (drop_of(scene), chord_speed(scene))
+        self.scene, self.fall_bounds = scene, (drop_of(scene), chord_speed(scene))
         self.bounds = self.bounds._replace(squares=math.inf)
         self.renew()
 
-    def fit(self, bounds: Bounds, commands: Commands, speed: float | None) -> None:
+    def fit(self, bounds: Bounds, commands: CommandSupport, speed: float | None) -> None:
         """Has these bounds and a loop with these commands, ready to run; with the tables laid out for a
         speed, unless it is None."""
         self.bounds = bounds
@@ -588,7 +588,8 @@ class Engine(Tables):
 
     def blockers(self, rows: Rows) -> Integers:
         """Returns for each body that commands insert, one by one, the slot or the wall that it would reach
-        into, FREE, or FREE - 1 - i for the i-th; the loop would find the same, after a copy of all tables."""
+        into, NO_BLOCKER, or NO_BLOCKER - 1 - i for the i-th; the loop would find the same, after a copy of
+        all tables."""
         found = np.empty(len(rows), dtype=np.int64)
         if self._search is None:
             compiled = not (self.as_python if self.is_ready else self.begins_as_python)

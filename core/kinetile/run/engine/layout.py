@@ -99,7 +99,9 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
     if composition.rules is not None:  # a command may end a passing with every other body
         rows = max(rows, (2 * MOST_IMAGES if scene.periodic else 2) * slots)
     try:
-        k = allocate(slots, room, rows, composition.alike, bool(scene.shapes), scene.bent, scene.resting)
+        k = allocate(
+            slots, room, rows, composition.alike, bool(scene.shapes), scene.accelerated, scene.resting
+        )
         if pairs:
             k = pair_set(k, pairs)
         if composition.pair is not None and composition.pair.numbers is not None:
@@ -107,7 +109,7 @@ def _allocated(bodies: int, composition: Composition) -> Kernel:
         if scene.periodic:
             k = k._replace(images=record_table(IMAGE, slots))
         if composition.rules is not None:
-            k.clock[0].kinds, k.clock[0].lists.passable = composition.rules.kinds, NOBODY
+            k.clock[0].kinds, k.clock[0].lists.free_passing = composition.rules.kinds, NOBODY
             passers = np.full(slots, NOBODY, dtype=np.int32)
             traits = begun(record_table(TRAIT, slots))
             k = k._replace(traits=traits, rules=composition.rules.table.copy(), passers=passers)
@@ -138,9 +140,9 @@ def more_passings(k: Kernel, room: int) -> Kernel:
     new = record_table(PASSING, max(room, len(old)))
     new[: len(old)] = old
     new.a[len(old) :] = NOBODY
-    new.next_a[len(old) :] = [*range(len(old) + 1, len(new)), int(lists.passable)][: len(new) - len(old)]
+    new.next_a[len(old) :] = [*range(len(old) + 1, len(new)), int(lists.free_passing)][: len(new) - len(old)]
     if len(new) > len(old):
-        lists.passable = len(old)
+        lists.free_passing = len(old)
     return k._replace(passings=new)
 
 
@@ -176,7 +178,7 @@ def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
     if len(k.forms):  # the longest reach to a side may be that of a body whose circle is not the widest
         longest = np.max([k.forms[side] for side in OF_SIDES], axis=0)
         widest = longest[prepared.shape].max(initial=0.0)
-        k.forms.fits = (longest <= widest) & (longest >= longest[prepared.shape].min(initial=math.inf))
+        k.forms.prepared = (longest <= widest) & (longest >= longest[prepared.shape].min(initial=math.inf))
     k.bodies.reach = k.bodies.radius + skin.delta
     limits.speed2, limits.faster = speed * speed, 0
     limits.margin = margin_of(prepared, composition.broad.skin_limit)

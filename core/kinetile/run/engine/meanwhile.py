@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import Any
 
 from kinetile.kernel.compiled.cache import folder, problem
-from kinetile.run.compose import Commands, Composition
+from kinetile.run.compose import CommandSupport, Composition
 
 _PROCESS = os.getpid()
 
@@ -41,7 +41,7 @@ NO_PROCESS = Meanwhile(0)
 """Stands for no process, and for one that has ended."""
 
 
-def compile_meanwhile(loop: Any, of: Composition, commands: Commands) -> Meanwhile:
+def compile_meanwhile(loop: Any, of: Composition, commands: CommandSupport) -> Meanwhile:
     """Starts the process that compiles the loop of a composition; NONE where it could not, or should not:
     there is one processor, this is a worker or a fork, or the loop cannot be kept on disk."""
     worker = multiprocessing.parent_process() is not None or os.getpid() != _PROCESS

@@ -26,7 +26,7 @@ from kinetile.kernel.images import BEAT, anchor, remainder, turns_of
 from kinetile.kernel.plan import velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import LONG_AGO, NEVER, NOBODY, NOT_ASKED, Kernel, Quantity
-from kinetile.run.compose import Commands
+from kinetile.run.compose import CommandSupport
 from kinetile.run.engine.commands import anchor_again
 from kinetile.run.engine.engine import MOST_UNITS, Engine
 from kinetile.run.engine.fields import ticks_of
@@ -222,7 +222,7 @@ def move_base(engine: Engine, end: int | None) -> None:
     engine.k = engine.agenda.load(k, engine.clock)
     old = k.queue.number[k.bodies.anchor < -SPAN]
     if len(old):
-        engine.allow(Commands.TURNS)
+        engine.allow(CommandSupport.TURNS)
         anchor_again(engine, np.sort(old))
 
 
@@ -233,7 +233,7 @@ def skip(engine: Engine, end: int | None, most: int) -> int:
     elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
     awaited = any((ticks != NEVER).any() for ticks in ticks_of([engine.k.clock], Quantity.DUE))
     if (
-        scene.bent
+        scene.accelerated
         or elsewhere
         or awaited
         or engine.ledger.records

@@ -21,7 +21,7 @@ from kinetile.kernel.tables import (
     copy_carried,
     slots_taken,
 )
-from kinetile.run.compose import Commands
+from kinetile.run.compose import CommandSupport
 from kinetile.run.engine.bounds import Bounds
 from kinetile.run.engine.commands import History, Planned, planned, waiting
 from kinetile.run.engine.ledger import Entries
@@ -109,7 +109,7 @@ class RunState:
     contents: Contents
     base: int
     bounds: Bounds
-    commands: Commands
+    commands: CommandSupport
     later: Planned
     history: History
     entries: Entries
@@ -131,7 +131,7 @@ class RunState:
             contents=contents_at_start(scene),
             base=0,
             bounds=Bounds.at_start(scene),
-            commands=Commands.of(scene),
+            commands=CommandSupport.of(scene),
             later=planned(scene, clock),
             history=History(kept=keep_commands),
             entries=Entries(0, np.zeros(0, CONTACT) if keep_contacts else None, Fingerprint(), (), ()),

@@ -16,7 +16,7 @@ import numpy as np
 from kinetile.arrays import Floats, Integers
 from kinetile.kernel.certificates.plans import Plans, plans_of
 from kinetile.kernel.certificates.shapes import enters
-from kinetile.kernel.certificates.walls import reaches
+from kinetile.kernel.certificates.walls import reaches_edge
 from kinetile.kernel.compiled import compose, disowned, hook, pointer, to_be_filled_in
 from kinetile.kernel.features import PASSINGS, PERIODIC, UNEQUAL
 from kinetile.kernel.images import discs_touch, first_image, first_image_of
@@ -104,7 +104,7 @@ def cast(
     """Returns what ``Simulation.cast`` does: the body of the hit is a slot, or of ``walls`` a wall."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
-    accelerated = query.composition.prepared.bent or any(pull)
+    accelerated = query.composition.prepared.accelerated or any(pull)
     k = _with_body(query, centre, outline, velocity, pull if accelerated else None)
     meet = first_disc if discs else first_shape
     if any(query.periods):
@@ -313,7 +313,7 @@ def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Integers) -> None:
     clock = k.clock[0]
     for i in range(len(gaps)):
         far, near, radius, slope, pull = gaps[i]
-        delay = reaches(far, near, radius, slope, pull, clock.tick, clock.per_time)
+        delay = reaches_edge(far, near, radius, slope, pull, clock.tick, clock.per_time)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 

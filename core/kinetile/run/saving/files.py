@@ -32,9 +32,9 @@ from kinetile.errors import KinetileError, RecordError
 from kinetile.kernel.clock import Clock
 from kinetile.kernel.log import ANSWER, CONTACT, CONTACT_ROW, LOG, Fingerprint, digestible
 from kinetile.kernel.tables import CARRIED_ROWS, COMMAND
-from kinetile.run.compose import Commands
+from kinetile.run.compose import CommandSupport
 from kinetile.run.engine.bounds import NO_SKIN, Bounds
-from kinetile.run.engine.commands import History, Planned, Told
+from kinetile.run.engine.commands import History, KindHistory, Planned
 from kinetile.run.engine.ledger import Entries
 from kinetile.run.engine.state import Contents, RunState, numbers_of
 from kinetile.run.saving.snapshot import SavedPhases, Snapshot, check_state
@@ -198,7 +198,7 @@ _BOUNDS = 4
 _OF_RUN: dict[str, Any] = {"audit": int | None, "start_energy": float, "observed": dict | None}
 """Fields of a snapshot, likewise, in their order."""
 
-_KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int, "told": Told, "kept": bool}
+_KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int, "told": KindHistory, "kept": bool}
 
 
 @cache
@@ -207,7 +207,7 @@ def layout() -> str:
     content = [f"{name} {elements(dtype)}" for name, dtype in CARRIED_ROWS.items()]
     content += [elements(CONTACT), elements(LOG), *Bounds._fields]
     content += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
-    content += Entries._fields + Told._fields
+    content += Entries._fields + KindHistory._fields
     return hashlib.sha256("\n".join(content).encode()).hexdigest()
 
 
@@ -249,7 +249,7 @@ def _snapshot(content: Mapping[str, Any], arrays: Arrays) -> Snapshot:
     state = RunState(
         contents=Contents(**{name: _rows(arrays, name, dtype) for name, dtype in CARRIED_ROWS.items()}),
         bounds=Bounds._make([*content["bounds"], 0.0, NO_SKIN]),
-        commands=Commands(content["commands"]),
+        commands=CommandSupport(content["commands"]),
         later=Planned(tuple(content["later"]), _rows(arrays, "later", COMMAND)),
         history=history,
         entries=_read_entries(content["entries"], arrays, scene, numbers_of(scene, history)),
@@ -334,7 +334,7 @@ def _rows(arrays: Arrays, name: str, dtype: np.dtype[Any]) -> Array:
 # Values in JSON, and back. Floats keep every bit, as Python writes them; arrays are members
 # of the archive. Only the classes named here can be created, for any file.
 
-_CLASSES: tuple[Any, ...] = (*OF_CLASS, Settings, Shape, Told)
+_CLASSES: tuple[Any, ...] = (*OF_CLASS, Settings, Shape, KindHistory)
 _NAMED: dict[str, Any] = {each.__name__: each for each in _CLASSES}
 _NAMED["Response"] = lambda name, options: Response(name, **options)
 _DTYPES = {"<f8", "<i8", "<i4", "|b1", "|u1"}

@@ -74,7 +74,7 @@ class Page:
             "unit": scene.time_unit,
             "arena": scene.arena,
             "periods": scene.periods,
-            "pull": scene.pull if scene.bent or any(by_hand) else None,
+            "pull": scene.pull if scene.accelerated or any(by_hand) else None,
             "box": _box(scene, first.plans),
             "begin": divmod(first.begin, TICKS),
             "end": divmod(end, TICKS),

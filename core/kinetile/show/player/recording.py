@@ -132,7 +132,7 @@ def record(
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
     drawn_as = composition_of(simulation).broad.drawn_as
     paired = len(plans.x) <= PAIRS_DRAWN if pairs is None else pairs
-    if scene.bent:  # what its broad phase sees is not where the bodies are
+    if scene.accelerated:  # what its broad phase sees is not where the bodies are
         drawn_as = ""
     skin = float(simulation.tables.clock[0].limits.skin)
     run = label, plans, rows.rows, first, int(last), None, tuple(notes)
@@ -282,7 +282,7 @@ class PlayedPlans:
         columns["there"][:] = 0.0
         columns["there"][numbers] = 1.0
         _, columns["epoch"][numbers], columns["tick"][numbers] = clock.split(bodies["anchor"])
-        for name in (*(AcceleratedPlan if simulation.scene.bent else Plan)._fields, "radius"):
+        for name in (*(AcceleratedPlan if simulation.scene.accelerated else Plan)._fields, "radius"):
             columns[name][numbers] = bodies[name]
         columns["wx"][numbers], columns["wy"][numbers] = simulation.whole_accelerations().T
         if len(tables.images):

@@ -98,7 +98,7 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
     neighbours that pass first."""
     if not len(s.order):
         return
-    place, own = positions_now(k), np.asarray(k.queue.own)
+    place, own = positions_now(k), np.asarray(k.queue.certificate)
     foot = float(place[:, 1].min()) - 1.0
     yield Segment("axis", (float(place[:, 0].min()), foot), (float(place[:, 0].max()), foot), label="x")
     for rank, point in enumerate(s.order.tolist()):

@@ -124,7 +124,7 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
         if k.bodies.vx[body] != 0.0:
             ahead = (stripe + int(k.bodies.vx[body] > 0.0)) * float(s.width[1])
             place = (At(body), At(body))
-            yield Segment("certificate", place, (ahead, At(body)), int(k.queue.own[body]), "border")
+            yield Segment("certificate", place, (ahead, At(body)), int(k.queue.certificate[body]), "border")
 
 
 class Stripes:
