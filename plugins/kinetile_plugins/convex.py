@@ -86,21 +86,21 @@ from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
     PLACES,
-    accelerated_ways,
+    accelerated_motions,
     before_other_images,
     chords,
     circles_meet,
     merged,
+    motion_to,
+    motions,
     nearest_image,
     two_least,
-    way_to,
-    ways,
 )
 
 SLOWEST = 2.0**-900
 """Stands for no speed: in no time that counts anything flies anywhere."""
 
-Way = tuple[float, float, float, float, float, float]
+Motion = tuple[float, float, float, float, float, float]
 """Place, velocity and acceleration, along x and y."""
 
 ALL_PLAIN = BOXES = PERIODIC = False
@@ -230,7 +230,7 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
     row = row_of(k, body, other)
     if row == 0:
         return math.inf
-    dx, dy, vx, vy = way_to(k, body, other, at, periodic)
+    dx, dy, vx, vy = motion_to(k, body, other, at, periodic)
     delay = not_before(k.numbers, row, dx, dy, vx, vy, fat)
     if periodic:
         delay = smaller(delay, until_others(k, body, other, vx, vy, fat))
@@ -261,7 +261,7 @@ def boxes_meet(
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     """Returns from when until when the upright boxes around a body and eight others overlap, or around their
     nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
-    dx, dy, vx, vy = ways(k, body, start, at)
+    dx, dy, vx, vy = motions(k, body, start, at)
     if periodic:
         dx, dy = nearest_image(k, dx, dy)
     delay, ends = boxes_overlap(k, body, start, spread(fat), dx, dy, vx, vy)
@@ -389,7 +389,7 @@ def barred_nearby(k: Kernel, body: int, at: int) -> int:
     if other < 0 or k.bodies[other].last != body:
         return NOBODY
     torus = k.clock[0].torus
-    dx, dy, _, _ = way_to(k, body, other, at, False)
+    dx, dy, _, _ = motion_to(k, body, other, at, False)
     own = k.images[body]
     its = k.images[other]
     sense = 1 if k.queue[body].number < k.queue[other].number else -1
@@ -409,7 +409,7 @@ def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) ->
     met = barred_nearby(k, body, at)
     soon, rest, who = _among_images(k, body, count, met, at)
     if met != NOBODY:
-        _, _, vx, vy = way_to(k, body, met, at, False)
+        _, _, vx, vy = motion_to(k, body, met, at, False)
         delay = until_others(k, body, met, vx, vy, k.clock[0].limits.fat)
         if delay < soon:
             return delay, soon, met
@@ -584,21 +584,21 @@ def stays_above(above: float, rate: float, bend: float, near: float, most: float
 
 
 @hook
-def time_along(way: float, speed: float, pull: float) -> float:
-    """Returns a bound below the time that a way takes at a speed that grows."""
-    if way <= 0.0:
+def time_along(distance: float, speed: float, pull: float) -> float:
+    """Returns a bound below the time that a distance takes at a speed that grows."""
+    if distance <= 0.0:
         return 0.0
-    root = math.sqrt(speed * speed + 2.0 * pull * way)
-    return 2.0 * way / (speed + root) * (1.0 - 2.0**-40) if root > 0.0 else math.inf
+    root = math.sqrt(speed * speed + 2.0 * pull * distance)
+    return 2.0 * distance / (speed + root) * (1.0 - 2.0**-40) if root > 0.0 else math.inf
 
 
 @hook
 def corner_stays(
-    f: Numbers, corner: int, reach: float, fat: float, doubt: float, way: Way, most: float
+    f: Numbers, corner: int, reach: float, fat: float, doubt: float, motion: Motion, most: float
 ) -> float:
     """Returns a bound below the time until an accelerated place comes within reach of a corner: the line
     across the way from there; 0 where it is about as near to the corner as the reach is half."""
-    dx, dy, vx, vy, bx, by = way
+    dx, dy, vx, vy, bx, by = motion
     px = dx - f[corner + CX]
     py = dy - f[corner + CY]
     distance = math.sqrt(px * px + py * py)
@@ -611,7 +611,9 @@ def corner_stays(
 
 
 @hook
-def not_before_accelerated(f: Numbers, row: int, fat: float, span: float, doubt: float, way: Way) -> float:
+def not_before_accelerated(
+    f: Numbers, row: int, fat: float, span: float, doubt: float, motion: Motion
+) -> float:
     """Returns a bound below the time until an accelerated place enters a difference, fattened, up to
     a span of time.
 
@@ -621,7 +623,7 @@ def not_before_accelerated(f: Numbers, row: int, fat: float, span: float, doubt:
     touches there, or is inside by a rounding, and leaves, has to come back first: without a margin it would
     have to be inside by the strip, and with one that face or corner is nearest as long as it is over it.
     """
-    dx, dy, vx, vy, bx, by = way
+    dx, dy, vx, vy, bx, by = motion
     pulls = abs(bx) + abs(by)
     speed = abs(vx) + abs(vy)
     reach = f[row + RADIUS]
@@ -652,7 +654,7 @@ def not_before_accelerated(f: Numbers, row: int, fat: float, span: float, doubt:
         rate = (nx * vx + ny * vy) - doubt
         away = larger(away, stays_above(above, rate, (nx * bx + ny * by) - 2.0**-45 * pulls, near, most))
     if beside >= 0 and reach > 0.0:
-        away = larger(away, corner_stays(f, beside, reach, fat, doubt, way, ends))
+        away = larger(away, corner_stays(f, beside, reach, fat, doubt, motion, ends))
     return away
 
 
@@ -674,7 +676,7 @@ def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) 
     rest = math.inf
     who = NOBODY
     for start in range(0, count, LANES):
-        dx, dy, vx, vy, bx, by, span = accelerated_ways(k, body, start, at)
+        dx, dy, vx, vy, bx, by, span = accelerated_motions(k, body, start, at)
         h, cx, cy, sagitta, _ = chords(vx, vy, bx, by, span)
         delay, leaves = boxes_overlap(k, body, start, spread(fat) + sagitta, dx, dy, cx, cy)
         delay = choose(delay > zero, delay, zero)
@@ -691,8 +693,10 @@ def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) 
                 until = lane(h, i)
                 speeds = own_speed + abs(two.vx) + abs(two.vy)
                 doubt = 2.0**-45 * (speeds + bends * (abs(since_origin(k, at)) + until))
-                way = (lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), lane(bx, i), lane(by, i))
-                wait = larger(lane(delay, i), not_before_accelerated(k.numbers, row, fat, until, doubt, way))
+                motion = (lane(dx, i), lane(dy, i), lane(vx, i), lane(vy, i), lane(bx, i), lane(by, i))
+                wait = larger(
+                    lane(delay, i), not_before_accelerated(k.numbers, row, fat, until, doubt, motion)
+                )
                 if wait <= lane(span * more + room, i):
                     rest = smaller(rest, larger(soon, wait))
                     who = int(other) if wait < soon else who

@@ -93,16 +93,16 @@ from kinetile_plugins.lower_bounds import (
     LEAST,
     NONE,
     PLACES,
-    accelerated_ways,
+    accelerated_motions,
     alone,
     before_other_images,
     chords,
     circles_meet,
     merged,
+    motion_to,
+    motions,
     nearest_image,
     two_least,
-    way_to,
-    ways,
 )
 
 Pair = tuple[Floats, Floats]
@@ -179,7 +179,7 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
     """Returns what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
     fat = k.clock[0].limits.fat
     torus = k.clock[0].torus
-    dx, dy, vx, vy = way_to(k, body, other, at, periodic)
+    dx, dy, vx, vy = motion_to(k, body, other, at, periodic)
     approach = dx * vx + dy * vy
     speed2 = vx * vx + vy * vy
     approach2 = approach * approach
@@ -241,7 +241,7 @@ def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[flo
         first = never
         second = never
         while True:
-            dx, dy, vx, vy = ways(k, body, start, at)
+            dx, dy, vx, vy = motions(k, body, start, at)
             if not EQUAL:
                 reach = pick(k.radii, k.near, start) + own_reach
                 reach2 = reach * reach
@@ -331,7 +331,7 @@ def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) 
         first = never
         second = never
         while True:
-            dx, dy, vx, vy, bx, by, span = accelerated_ways(k, body, start, at)
+            dx, dy, vx, vy, bx, by, span = accelerated_motions(k, body, start, at)
             _, cx, cy, sagitta, pulls = chords(vx, vy, bx, by, span)
             reach = pick(k.radii, k.near, start) + own
             wide = reach + sagitta

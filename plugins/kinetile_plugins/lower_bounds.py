@@ -150,7 +150,7 @@ def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach:
 
 
 @hook
-def way_to(k: Kernel, body: int, other: int, at: int, periodic: bool) -> tuple[float, float, float, float]:
+def motion_to(k: Kernel, body: int, other: int, at: int, periodic: bool) -> tuple[float, float, float, float]:
     """Returns how another body, or its nearest image, is apart from a body at a tick, and how it moves."""
     elapsed = since_origin(k, at)
     one = k.places[body]
@@ -167,7 +167,7 @@ def way_to(k: Kernel, body: int, other: int, at: int, periodic: bool) -> tuple[f
 
 
 @hook
-def ways(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, Floats, Floats]:
+def motions(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, Floats, Floats]:
     """Returns how eight bodies, from a place in ``k.near`` on, are apart from another one at a tick, and how
     they move, along x and y."""
     elapsed = spread(since_origin(k, at))
@@ -179,7 +179,7 @@ def ways(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, Flo
 
 
 @hook
-def accelerated_ways(
+def accelerated_motions(
     k: Kernel, body: int, start: int, at: int
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
     """Returns how eight bodies with accelerations, from a place in ``k.near`` on, are apart from another one

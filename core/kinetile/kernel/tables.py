@@ -53,6 +53,10 @@ LONG_AGO = -(1 << 62)
 CHORD, STRUCTURAL, GUESS, COMMANDED, WALL, PAIR, PARTING = -2, *range(6)
 """What an entry of the queue is, in the order in which events of one tick run."""
 
+BEAT_DUE, PASSING_BEGINS = -1, 6
+"""Kinds of the next event that no entry has: a beat, at which old plans are anchored again
+(``kernel.images``), after structural events; and the beginning of a passing, whose entry is a ``PAIR``."""
+
 
 class Quantity(Enum):
     """What a field is. The first three are ticks, which move with the clock's base."""

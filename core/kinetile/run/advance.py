@@ -18,9 +18,8 @@ from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
-from kinetile.kernel.loop.loop import PASSING_BEGINS
 from kinetile.kernel.passings import passes, row_of
-from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, STRUCTURAL, WALL
+from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, PASSING_BEGINS, STRUCTURAL, WALL
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip

@@ -179,7 +179,7 @@ def append_row(k: Kernel, s: State, left: int, count: int) -> int:
 
 
 @hook
-def wound(at: int, cells: int) -> int:
+def wrapped_index(at: int, cells: int) -> int:
     """Returns the place of a column or row less than a round off either end."""
     if at < 0:
         return int(at + cells)
@@ -198,8 +198,8 @@ def cell_on_torus(grid: Records, x: float, y: float) -> int:
 def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
     """Returns the number of a cell that is up to one to the right, and one up, where an axis is periodic."""
     row = cell // grid.columns
-    column = wound(cell - row * grid.columns + right, grid.columns)
-    return int(column + wound(row + up, grid.rows) * grid.columns)
+    column = wrapped_index(cell - row * grid.columns + right, grid.columns)
+    return int(column + wrapped_index(row + up, grid.rows) * grid.columns)
 
 
 @hook

@@ -182,6 +182,30 @@ def test_a_constant_that_no_hook_names_is_refused():
         compiled.with_constants([compiled.larger], PERIODC=True)
 
 
+OUTSIDE = False
+
+
+@compiled.hook
+def inner(one: int) -> int:
+    return one if OUTSIDE else -one
+
+
+@compiled.hook
+def middle(one: int) -> int:
+    return inner(one)
+
+
+@compiled.hook
+def outer(one: int) -> int:
+    return middle(one) if OUTSIDE else 0
+
+
+def test_a_hook_that_was_not_listed_kept_the_constants_of_its_module():
+    with pytest.raises(TypeError, match="outer calls middle, which is not listed before it"):
+        compiled.with_constants([inner, outer], OUTSIDE=True)
+    assert compiled.with_constants([inner, middle, outer], OUTSIDE=True)["outer"](3) == 3
+
+
 def test_what_is_called_apart_is_loaded_and_called():
     one, two = made_apart(1), made_apart(2)
     for function, found in ((one, 42), (two, 43)):

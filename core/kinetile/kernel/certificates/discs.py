@@ -164,24 +164,29 @@ from kinetile.kernel.certificates.separation import (
     SMALL,
     TINY,
     ULP,
+    Motion,
     Separation,
-    Way,
-    after,
     along,
     grain_at,
     grain_of,
+    motions,
     place_at,
     plus,
+    separation_at,
     separations,
     time_of,
     times,
     total,
-    ways,
 )
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, smaller, subroutine
 from kinetile.kernel.tables import NEVER
 from kinetile.kernel.vectors import product_error
+
+Q_ROUNDING, SLOPE_ROUNDING, COEFFICIENT_ROUNDING = 2.0**-98, 2.0**-49, 2.0**-48
+"""Bounds of rounding errors, relative to the sizes of the terms: of Q before its last sum ("q", "Q at a
+tick"), of d.u ("The slope"), of Bernstein coefficients and derivatives ("Coefficients", "Whether two press").
+"""
 
 
 @hook
@@ -190,8 +195,8 @@ def gap_at(
 ) -> tuple[float, float, float, float]:
     """Returns q, the squared distance less the squared reach, at a time t after the later anchor; how far it
     can be off; minus half its rate, (d.v); and how far that can be off."""
-    x, x_rest = after(t, along_x)
-    y, y_rest = after(t, along_y)
+    x, x_rest = separation_at(t, along_x)
+    y, y_rest = separation_at(t, along_y)
     xx = x * x
     yy = y * y
     rr = reach * reach
@@ -203,8 +208,8 @@ def gap_at(
     x_far = along_x.size + abs(x)
     y_far = along_y.size + abs(y)
     spread = x_far * (abs(x) + 2.0**-50 * x_far) + y_far * (abs(y) + 2.0**-50 * y_far)
-    q_error = 2.0**-98 * (spread + rr) + ULP * abs(q)
-    slope_error = 2.0**-49 * (x_far * abs(along_x.u) + y_far * abs(along_y.u)) + TINY
+    q_error = Q_ROUNDING * (spread + rr) + ULP * abs(q)
+    slope_error = SLOPE_ROUNDING * (x_far * abs(along_x.u) + y_far * abs(along_y.u)) + TINY
     return q, q_error, -(x * along_x.u + y * along_y.u), slope_error
 
 
@@ -265,20 +270,20 @@ def one_step(
     y: Separation,
     reach: float,
     reach_low: float,
-    turn: float,
+    sense: float,
     loose: float,
     per_time: float,
 ) -> tuple[int, float]:
-    """Returns when two discs touch, or part where ``turn`` is -1, by one Newton step from a time t, which is
+    """Returns when two discs touch, or part where ``sense`` is -1, by one Newton step from a time t, which is
     ``ticks``, or ``OPEN``; and how long the step is, in ticks. The error of the slope is ``loose`` more."""
     q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
-    slope *= turn
+    slope *= sense
     slope_error += loose
     speed2 = x.u * x.u + y.u * y.u
     if slope > 8.0 * slope_error and slope * per_time > speed2:
         step, bound, curve = newton(q, q_error, slope, slope_error, speed2, per_time)
         if curve < 0.125 and bound < 0.5:
-            return floor_of(ticks, turn * step, bound), turn * step
+            return floor_of(ticks, sense * step, bound), sense * step
     return OPEN, 0.0
 
 
@@ -328,7 +333,9 @@ def filtered_parting(
 
 
 @hook
-def gap_after(x: Way, y: Way, reach: float, reach_low: float, count: int, tick: float) -> tuple[float, float]:
+def gap_after(
+    x: Motion, y: Motion, reach: float, reach_low: float, count: int, tick: float
+) -> tuple[float, float]:
     """Returns Q after a number of ticks, and how far it can be off."""
     t, rest = time_of(count, tick)
     ex, ex_low, x_size = place_at(x, t, rest)
@@ -339,7 +346,7 @@ def gap_after(x: Way, y: Way, reach: float, reach_low: float, count: int, tick: 
     both, both_low = total(xx, xx_low, yy, yy_low)
     q, _ = total(both, both_low, -rr, -rr_low)
     spread = (abs(ex) + 2.0**-50 * x_size) * x_size + (abs(ey) + 2.0**-50 * y_size) * y_size
-    return q, 2.0**-98 * (spread + rr)
+    return q, Q_ROUNDING * (spread + rr)
 
 
 UNSURE = 2
@@ -347,7 +354,7 @@ UNSURE = 2
 
 
 @hook
-def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: int) -> int:
+def sign_at(x: Motion, y: Motion, plans: Plans, radius: float, radius2: float, count: int) -> int:
     """Returns the sign of Q after a number of ticks, or ``UNSURE``."""
     reach, reach_low = plus(radius, radius2)
     q, error = gap_after(x, y, reach, reach_low, count, plans.tick)
@@ -360,19 +367,19 @@ def sign_at(x: Way, y: Way, plans: Plans, radius: float, radius2: float, count: 
 
 
 @subroutine
-def at_whole_tick(plans: Plans, radius: float, radius2: float, turn: int, guess: int) -> int:
-    """Returns the tick at which rule 5 holds of Q, or of -Q where ``turn`` is -1, if it is near a guess, or
-    ``OPEN``: n is the tick if ``turn`` Q(n) >= 0 > ``turn`` Q(n + 1), Q being convex."""
-    x, y = ways(plans)
+def at_whole_tick(plans: Plans, radius: float, radius2: float, sense: int, guess: int) -> int:
+    """Returns the tick at which rule 5 holds of Q, or of -Q where ``sense`` is -1, if it is near a guess, or
+    ``OPEN``: n is the tick if ``sense`` Q(n) >= 0 > ``sense`` Q(n + 1), Q being convex."""
+    x, y = motions(plans)
     sizes = radius + radius2 + (x.size + y.size)
     if not (radius + radius2 > SMALL and sizes < LARGE and x.speed + y.speed < LARGE):
         return OPEN
     here = sign_at(x, y, plans, radius, radius2, guess)
-    if here == UNSURE or (here * turn < 0 and guess == 0):
+    if here == UNSURE or (here * sense < 0 and guess == 0):
         return OPEN
-    first = guess - 1 if here * turn < 0 else guess
+    first = guess - 1 if here * sense < 0 else guess
     other = sign_at(x, y, plans, radius, radius2, first if first < guess else guess + 1)
-    fits = other * turn >= 0 if first < guess else other * turn < 0
+    fits = other * sense >= 0 if first < guess else other * sense < 0
     if other == UNSURE or not fits:
         return OPEN
     return first if first < LIMIT else NEVER
@@ -412,14 +419,14 @@ def bend_at(q: Quartic, t: float) -> float:
 
 @hook
 def gap_of(
-    x: Way, y: Way, reach: float, reach_low: float, way: float, tick: float
+    x: Motion, y: Motion, reach: float, reach_low: float, sense: float, tick: float
 ) -> tuple[Quartic, Quartic]:
-    """Returns Q times ``way``, 1 or -1, and the sizes."""
+    """Returns Q times ``sense``, 1 or -1, and the sizes."""
     q, q_error = gap_after(x, y, reach, reach_low, 0, tick)
-    c1 = 2.0 * way * (x.d * x.u + y.d * y.u)
-    c2 = way * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
-    c4 = 0.25 * way * (x.b * x.b + y.b * y.b)
-    gap = Quartic(way * q, c1, c2, way * (x.u * x.b + y.u * y.b), c4)
+    c1 = 2.0 * sense * (x.d * x.u + y.d * y.u)
+    c2 = sense * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
+    c4 = 0.25 * sense * (x.b * x.b + y.b * y.b)
+    gap = Quartic(sense * q, c1, c2, sense * (x.u * x.b + y.u * y.b), c4)
     xd = abs(x.d) + 2.0**-40 * x.size
     yd = abs(y.d) + 2.0**-40 * y.size
     xu = abs(x.u) + 2.0**-40 * x.speed
@@ -438,8 +445,8 @@ def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool
     f1 = slope_at(q, t) + 0.5 * tick * f2
     m2 = 2.0 * bend_at(m, end)
     m3 = tick * (24.0 * m.c4 * end + 6.0 * m.c3)
-    f1_error = 2.0**-48 * (slope_at(m, end) + tick * m2) + tick * m3 + TINY
-    f2_error = 2.0**-48 * m2 + 2.0 * m3 + TINY
+    f1_error = COEFFICIENT_ROUNDING * (slope_at(m, end) + tick * m2) + tick * m3 + TINY
+    f2_error = COEFFICIENT_ROUNDING * m2 + 2.0 * m3 + TINY
     risen = f1 > f1_error or f2 < -f2_error
     return risen, risen or f2 > f2_error
 
@@ -496,7 +503,7 @@ def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Interval:
     b2 = p0 + (0.5 * p1 + p2 / 6.0)
     b3 = p0 + (0.75 * p1 + 0.5 * p2 + 0.25 * p3)
     b4 = p0 + (p1 + p2 + p3 + p4)
-    error = 2.0**-48 * value_at(m, hi)
+    error = COEFFICIENT_ROUNDING * value_at(m, hi)
     return Interval(Quartic(p0, p1, p2, p3, p4), b1, b2, b3, b4, b1 - p0, b2 - b1, b3 - b2, b4 - b3, error)
 
 
@@ -520,7 +527,7 @@ def tick_in_fall(
     plans: Plans,
     radius: float,
     radius2: float,
-    turn: int,
+    sense: int,
     piece: Interval,
     before: int,
     low: float,
@@ -528,7 +535,7 @@ def tick_in_fall(
 ) -> int:
     """Returns the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks, and below 0 there; by
     signs at whole ticks: Q >= 0 at ``before``, or nobody asks for what is earlier, and Q < 0 at ``after``."""
-    x, y = ways(plans)
+    x, y = motions(plans)
     reach, reach_low = plus(radius, radius2)
     after = int(high)
     s, slope = root_of(piece)
@@ -539,7 +546,7 @@ def tick_in_fall(
             return before
         count = smaller(larger(count, before + 1), after - 1)
         q, q_error = gap_after(x, y, reach, reach_low, count, plans.tick)
-        q *= float(turn)
+        q *= float(sense)
         if q > q_error:
             before = count
         elif q < -q_error:
@@ -548,19 +555,19 @@ def tick_in_fall(
             break
         move = int(math.floor(smaller(larger(-q * per, low - high), high - low)))
         count += move if move != 0 else 1
-    return int(touch_exactly(plans, radius, radius2, turn, Window(before, after, 0, True), count))
+    return int(touch_exactly(plans, radius, radius2, sense, Window(before, after, 0, True), count))
 
 
 @apart
-def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, about: int, since: int) -> int:
-    """Returns the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``turn`` is -1.
+def closely(plans: Plans, radius: float, radius2: float, sense: int, met: int, about: int, since: int) -> int:
+    """Returns the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``sense`` is -1.
 
     Before each interval: rule 5 holds at no tick from ``since`` to ``low``; and ``risen`` says whether ticks
     from ``low`` on count, of two that have met whether Q has risen in one, or they press.
     """
     if since >= LIMIT:
         return NEVER
-    x, y = ways(plans)
+    x, y = motions(plans)
     reach, reach_low = plus(radius, radius2)
     tick = plans.tick
     low = float(since)
@@ -570,7 +577,7 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
     if int(low) != since:  # rounded: begin before it
         low = float((since >> 10) << 10)
         steps = 0 if met else steps
-    q, m = gap_of(x, y, reach, reach_low, float(turn), tick)
+    q, m = gap_of(x, y, reach, reach_low, float(sense), tick)
     even = (x.b == 0.0) & (y.b == 0.0)
     risen = True
     if met:
@@ -583,7 +590,7 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
         high = smaller(low + span, FAR)
         a = piece_of(q, m, low * tick, high * tick)
         e = a.error
-        if (turn > 0) & (a.p.c1 > e) & (a.p.c2 > e) & (even | (a.p.c3 > e)):
+        if (sense > 0) & (a.p.c1 > e) & (a.p.c2 > e) & (even | (a.p.c3 > e)):
             return NEVER  # all derivatives are positive
         slack = 2.0 * e
         falls = (a.g0 < -slack) & (a.g1 < -slack) & (a.g2 < -slack) & (a.g3 < -slack)
@@ -591,7 +598,7 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
             before = int(larger(int(low), since))
             if a.p.c0 < -e:
                 return before
-            return int(tick_in_fall(plans, radius, radius2, turn, a, before, low, high))
+            return int(tick_in_fall(plans, radius, radius2, sense, a, before, low, high))
         rises = (a.g0 > slack) & (a.g1 > slack) & (a.g2 > slack) & (a.g3 > slack)
         above = (a.p.c0 > e) & (a.b1 > e) & (a.b2 > e) & (a.b3 > e) & (a.b4 > e)
         climbs = a.b4 - a.p.c0 > slack  # so it rises somewhere
@@ -612,14 +619,14 @@ def closely(plans: Plans, radius: float, radius2: float, turn: int, met: int, ab
             span *= 0.3  # a shorter one
             continue
         window = Window(larger(int(low), since), int(high), 3, risen)
-        found = touch_exactly(plans, radius, radius2, turn, window, -1)
+        found = touch_exactly(plans, radius, radius2, sense, window, -1)
         if found >= 0 or high >= FAR:
             return found if found >= 0 else NEVER
         risen = found != NO_FALL_YET
         low = high
         span *= 8.0
     window = Window(larger(int(low), since), LIMIT, 3, risen)
-    found = touch_exactly(plans, radius, radius2, turn, window, -1)
+    found = touch_exactly(plans, radius, radius2, sense, window, -1)
     return found if found >= 0 else NEVER
 
 
@@ -644,11 +651,11 @@ def is_accelerated(plans: Plans) -> bool:
 
 
 @subroutine
-def straight_exactly(plans: Plans, radius: float, radius2: float, turn: int, guess: int, since: int) -> int:
+def straight_exactly(plans: Plans, radius: float, radius2: float, sense: int, guess: int, since: int) -> int:
     """Returns what ``closely`` does, without accelerations."""
     if since >= LIMIT:
         return NEVER
-    found = touch_exactly(plans, radius, radius2, turn, Window(since, LIMIT, 1, True), guess)
+    found = touch_exactly(plans, radius, radius2, sense, Window(since, LIMIT, 1, True), guess)
     return found if found >= 0 else NEVER
 
 
@@ -716,7 +723,7 @@ def accelerated_touch_about(
 ) -> int:
     """Returns what ``touch`` does: at once of two with equal accelerations that have just met, and if there
     is a guess, with which they touch not before ``since``, by one step."""
-    x, y = ways(plans)
+    x, y = motions(plans)
     if x.b == 0.0 and y.b == 0.0:
         if met > 0:
             return NEVER

@@ -235,9 +235,9 @@ def room_of_plans(
 
 
 @subroutine
-def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, way: int) -> tuple[int, int]:
-    """Puts the coefficients of Q, or of -Q where ``way`` is -1, in their rows; returns the cells that are in
-    use, from the first to before the end, or an end of 0 where there is no room."""
+def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, sense: int) -> tuple[int, int]:
+    """Puts the coefficients of Q, or of -Q where ``sense`` is -1, in their rows; returns the cells in use,
+    from the first to before the end, or an end of 0 where there is no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
     first, end = room_of_plans(plans, power, radius, radius2, CELLS, 0)
     if end == 0:
@@ -253,15 +253,15 @@ def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, way: int) 
     first *= 2
     end *= 2
     for degree in range(5):
-        carry(m, term(0, degree), first, end, way)
+        carry(m, term(0, degree), first, end, sense)
     return first, end
 
 
 @subroutine
-def touch_exactly(plans: Plans, radius: float, radius2: float, way: int, window: Window, guess: int) -> int:
-    """Returns what ``first_fall`` does of Q, or of -Q where ``way`` is -1."""
+def touch_exactly(plans: Plans, radius: float, radius2: float, sense: int, window: Window, guess: int) -> int:
+    """Returns what ``first_fall`` does of Q, or of -Q where ``sense`` is -1."""
     m = zeros(MEMORY)
-    first, end = read_plans(m, plans, radius, radius2, way)
+    first, end = read_plans(m, plans, radius, radius2, sense)
     return first_fall(m, first, end, window, guess) if end > 0 else NO_FALL
 
 

@@ -13,7 +13,7 @@ A value in doubles is off by 2^-100 of its size where there is room (``has_room`
 """
 
 from kinetile.kernel.certificates.discs_exactly import gap_sign_exactly
-from kinetile.kernel.certificates.separation import Way, place_at, time_of
+from kinetile.kernel.certificates.separation import Motion, place_at, time_of
 from kinetile.kernel.certificates.walls import has_room, reaches_edge
 from kinetile.kernel.compiled import apart, hook
 from kinetile.kernel.tables import NEVER, Kernel
@@ -26,7 +26,7 @@ def first_below(gap: float, rate: float, bend: float, start: int, tick: float, p
     below = known = False
     if has_room(abs(gap), rate, bend, tick):
         t, rest = time_of(start + 1, tick)
-        value, _, size = place_at(Way(gap, 0.0, rate, 0.0, bend, 0.0, abs(gap), abs(rate)), t, rest)
+        value, _, size = place_at(Motion(gap, 0.0, rate, 0.0, bend, 0.0, abs(gap), abs(rate)), t, rest)
         below = value < 0.0
         known = abs(value) > 2.0**-100 * size
     if not known:

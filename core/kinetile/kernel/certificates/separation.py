@@ -66,7 +66,7 @@ Accelerations
 ``times`` and ``total`` are off by 8 u^2 of the product and by 3 u^2 of the sum of the sizes: each has three
 roundings of terms of size 2 u, and ``times`` leaves out one of u^2.
 
-*Ways.* With te the time since the first anchor, g the periods of an image, S = |v| + |v2| + |a| te
+*Motions.* With te the time since the first anchor, g the periods of an image, S = |v| + |v2| + |a| te
 (``speed``) and m = |x| + |x2| + |g| + (|v| + |a| te) te (``size``): a te is off by 8 u^2 |a| te, u + w by 3
 u^2 (|v| + |v2| + |a| te) more, so by 12 u^2 S; the first body's flight by (3 (|v| + |a| te / 2) + 4 |a| te +
 8 (|v| + |a| te / 2)) u^2 te. g is exact, as ``turns`` is whole, below 2^32; x2 - x + g is off by 3 u^2 (|x| +
@@ -120,13 +120,6 @@ def plus(a: float, b: float) -> tuple[float, float]:
 
 
 @hook
-def flown_for(plans: Plans) -> tuple[float, float]:
-    """Returns how long the first body has flown at the later anchor, rounded, and what rounding took off."""
-    count = float(plans.elapsed)
-    return count * plans.tick, float(plans.elapsed - int(count)) * plans.tick
-
-
-@hook
 def less_corner(s: Separation, c: float, c_low: float) -> Separation:
     """Returns a separation less the coordinate of a corner."""
     d, low = plus(s.d, -c)
@@ -155,7 +148,7 @@ def seen(axis: Axis, time: float, rest: float) -> Separation:
 @hook
 def separations(plans: Plans) -> tuple[Separation, Separation]:
     """Returns the separations of two bodies along both axes."""
-    time, rest = flown_for(plans)
+    time, rest = time_of(plans.elapsed, plans.tick)
     return seen(plans.x, time, rest), seen(plans.y, time, rest)
 
 
@@ -166,14 +159,14 @@ def along(x: Separation, ux: float, y: Separation, uy: float) -> tuple[float, fl
 
 
 @hook
-def after(t: float, s: Separation) -> tuple[float, float]:
+def separation_at(t: float, s: Separation) -> tuple[float, float]:
     """Returns a separation a time t after the later anchor, rounded, and nearly what rounding took off."""
     flown = s.u * t
     place, rest = plus(s.d, flown)
     return place, rest + (product_error(s.u, t, flown) + (s.low + s.w * t))
 
 
-class Way(NamedTuple):
+class Motion(NamedTuple):
     """How two bodies move along an axis from the later anchor on: separation ``d + low``, velocity ``u + w``,
     acceleration ``b + c``, each a rounded number and what rounding took from it; and the sizes of what the
     first two are made of."""
@@ -203,7 +196,7 @@ def times(a: float, low: float, b: float, low2: float) -> tuple[float, float]:
 
 
 @hook
-def way_of(axis: Axis, time: float, rest: float) -> Way:
+def motion_of(axis: Axis, time: float, rest: float) -> Motion:
     """Returns how two bodies move along an axis, of which the first has flown for ``time + rest``."""
     gained, gained_low = times(time, rest, axis.a, 0.0)
     u, w = plus(axis.v2, -axis.v)
@@ -220,7 +213,7 @@ def way_of(axis: Axis, time: float, rest: float) -> Way:
     d, low = total(d, low, -flown, -flown_low)
     b, c = plus(axis.a2, -axis.a)
     speed = abs(axis.v) + abs(gained)
-    return Way(d, low, u, w, b, c, size + speed * time, speed + abs(axis.v2))
+    return Motion(d, low, u, w, b, c, size + speed * time, speed + abs(axis.v2))
 
 
 @hook
@@ -231,21 +224,21 @@ def time_of(count: int, tick: float) -> tuple[float, float]:
 
 
 @hook
-def ways(plans: Plans) -> tuple[Way, Way]:
+def motions(plans: Plans) -> tuple[Motion, Motion]:
     """Returns how two bodies move along both axes."""
     time, rest = time_of(plans.elapsed, plans.tick)
-    return way_of(plans.x, time, rest), way_of(plans.y, time, rest)
+    return motion_of(plans.x, time, rest), motion_of(plans.y, time, rest)
 
 
 @hook
-def place_at(way: Way, t: float, rest: float) -> tuple[float, float, float]:
+def place_at(motion: Motion, t: float, rest: float) -> tuple[float, float, float]:
     """Returns the separation along an axis at a time ``t + rest``, a sum of two doubles, and the size of what
     it is made of."""
-    half, half_low = times(t, rest, 0.5 * way.b, 0.5 * way.c)
-    half, half_low = total(half, half_low, way.u, way.w)
+    half, half_low = times(t, rest, 0.5 * motion.b, 0.5 * motion.c)
+    half, half_low = total(half, half_low, motion.u, motion.w)
     flown, flown_low = times(half, half_low, t, rest)
-    place, low = total(way.d, way.low, flown, flown_low)
-    return place, low, way.size + (way.speed + abs(way.b) * t) * t
+    place, low = total(motion.d, motion.low, flown, flown_low)
+    return place, low, motion.size + (motion.speed + abs(motion.b) * t) * t
 
 
 @hook

@@ -100,19 +100,19 @@ from kinetile.kernel.certificates.separation import (
     LARGE,
     SMALL,
     TINY,
+    Motion,
     Separation,
-    Way,
-    after,
     grain_at,
     grain_of,
     less_corner,
+    motions,
     place_at,
     plus,
+    separation_at,
     separations,
     time_of,
     times,
     total,
-    ways,
 )
 from kinetile.kernel.certificates.shapes_exactly import (
     ALL_SIZES,
@@ -163,8 +163,8 @@ def gap_to_face(
     anchor, in units of the length of the vector along the face; and how far that can be off."""
     nx = f[face + TY]
     ny = -f[face + TX]
-    x, x_rest = after(t, along_x)
-    y, y_rest = after(t, along_y)
+    x, x_rest = separation_at(t, along_x)
+    y, y_rest = separation_at(t, along_y)
     across = nx * x
     up = ny * y
     both, both_low = plus(across, up)
@@ -270,7 +270,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
         return OPEN
     doubt = 2.0**-48 * size
     slack = 2.0**-50 * speed
-    way = speed * plans.tick
+    per_tick = speed * plans.tick
     out = math.inf
     rate = 0.0
     face = -1
@@ -286,15 +286,19 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
         return OPEN
     error = (doubt + slack * abs(out)) / (rate - slack)
     first, last = along_face(f, row, face, x, y, out)
-    around = doubt + speed * error + way
+    around = doubt + speed * error + per_tick
     if first > around and last < -around:
         return tick_at_face(f, face, out, x, y, per_time) if out > error else OPEN
-    if reach > 4.0 * way + doubt:
+    if reach > 4.0 * per_tick + doubt:
         corner = last_corner(f, row, x, y)
         around_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
         around_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
         found, t = filtered_parting(around_x, around_y, reach, f[row + RADIUS_LOW], per_time)
-        if found != OPEN and t > 0.0 and is_beside(f, row, corner, x, y, t, 2.0 * (doubt + way + slack * t)):
+        if (
+            found != OPEN
+            and t > 0.0
+            and is_beside(f, row, corner, x, y, t, 2.0 * (doubt + per_tick + slack * t))
+        ):
             return found
     return OPEN
 
@@ -304,14 +308,14 @@ class Approach(NamedTuple):
 
     row: int
     plans: Plans
-    x: Way
-    y: Way
+    x: Motion
+    y: Motion
 
 
 @hook
 def approach_of(row: int, plans: Plans) -> Approach:
     """Returns what the measures of two bodies are made of."""
-    x, y = ways(plans)
+    x, y = motions(plans)
     return Approach(row, plans, x, y)
 
 
@@ -437,9 +441,9 @@ def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, 
     wide = kind == GAP and f[w.row + RADIUS] > 0.0
     if wide or kind == STRIP or kind == AWAY:  # noqa: SIM109 - no tuple in a hook
         return 0.0
-    way = math.inf
+    grain = math.inf
     for at in (TX, TX_LOW, TY, TY_LOW):
-        way = smaller(way, grain_of(f[face + at]))
+        grain = smaller(grain, grain_of(f[face + at]))
     place = math.inf
     corner = next_corner(f, w.row, face) if kind == BEYOND else face
     for axis in (w.plans.x, w.plans.y):
@@ -450,7 +454,7 @@ def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, 
     if order == ITSELF:
         for at in (CX, CX_LOW, CY, CY_LOW):
             place = smaller(place, grain_of(f[corner + at]))
-    return 0.0 if order != ITSELF and is_accelerated(w.plans) else float(way * place)
+    return 0.0 if order != ITSELF and is_accelerated(w.plans) else float(grain * place)
 
 
 @subroutine
@@ -467,15 +471,15 @@ def sign_of(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
 
 
 @subroutine
-def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, way: int) -> int:
-    """Returns about after how many ticks a measure, times ``way``, falls below 0, or its rate changes
+def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, sense: int) -> int:
+    """Returns about after how many ticks a measure, times ``sense``, falls below 0, or its rate changes
     sign."""
     first, _ = roughly(f, w, face, kind, ITSELF, 0)
     rate, _ = roughly(f, w, face, kind, RATE, 0)
     bend, _ = roughly(f, w, face, kind, BEND, 0)
-    first *= float(way)
-    rate *= float(way)
-    bend *= float(way)
+    first *= float(sense)
+    rate *= float(sense)
+    bend *= float(sense)
     if order == RATE:
         return as_count(-rate / bend / w.plans.tick) if bend != 0.0 else 0
     root = math.sqrt(larger(rate * rate - 2.0 * bend * first, 0.0))
@@ -486,48 +490,48 @@ def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, way: int
 
 @subroutine
 def first_with(
-    f: Numbers, w: Approach, face: int, kind: int, order: int, way: int, closed: int, low: int, high: int
+    f: Numbers, w: Approach, face: int, kind: int, order: int, sense: int, closed: int, low: int, high: int
 ) -> int:
-    """Returns the first count after ``low`` at which a measure or its rate, times ``way``, is below 0, or at
-    most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
+    """Returns the first count after ``low`` at which a measure or its rate, times ``sense``, is below 0, or
+    at most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
     stride = 1
-    guess = between(low, high, guess_of(f, w, face, kind, order, way))
+    guess = between(low, high, guess_of(f, w, face, kind, order, sense))
     while high - low > 1:
-        before = way * sign_of(f, w, face, kind, order, guess) >= closed
+        before = sense * sign_of(f, w, face, kind, order, guess) >= closed
         low, high, guess, stride = narrowed(low, high, guess, stride, before)
     return int(high)
 
 
 @subroutine
-def next_below(f: Numbers, w: Approach, face: int, kind: int, way: int, closed: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a measure, times ``way``, is below 0, or at most 0
+def next_below(f: Numbers, w: Approach, face: int, kind: int, sense: int, closed: int, start: int) -> int:
+    """Returns the first count from ``start`` on at which a measure, times ``sense``, is below 0, or at most 0
     if ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
-    if way * sign_of(f, w, face, kind, ITSELF, start) < closed:
+    if sense * sign_of(f, w, face, kind, ITSELF, start) < closed:
         return start
-    falls = next_falling(f, w, face, kind, way, start)
+    falls = next_falling(f, w, face, kind, sense, start)
     if falls >= LIMIT:
         return NEVER
     stops = LIMIT
-    if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
-        stops = first_with(f, w, face, kind, RATE, -way, 1, falls, LIMIT)
-    if way * sign_of(f, w, face, kind, ITSELF, stops) >= closed:
+    if sense * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
+        stops = first_with(f, w, face, kind, RATE, -sense, 1, falls, LIMIT)
+    if sense * sign_of(f, w, face, kind, ITSELF, stops) >= closed:
         return NEVER
-    return first_with(f, w, face, kind, ITSELF, way, closed, falls, stops)
+    return first_with(f, w, face, kind, ITSELF, sense, closed, falls, stops)
 
 
 @subroutine
-def next_falling(f: Numbers, w: Approach, face: int, kind: int, way: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which the rate of a measure, times ``way``, is below 0;
+def next_falling(f: Numbers, w: Approach, face: int, kind: int, sense: int, start: int) -> int:
+    """Returns the first count from ``start`` on at which the rate of a measure, times ``sense``, is below 0;
     ``NEVER`` if there is none up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
-    if way * sign_of(f, w, face, kind, RATE, start) < 0:
+    if sense * sign_of(f, w, face, kind, RATE, start) < 0:
         return start
-    if way * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
+    if sense * sign_of(f, w, face, kind, RATE, LIMIT) >= 0:
         return NEVER
-    return first_with(f, w, face, kind, RATE, way, 0, start, LIMIT)
+    return first_with(f, w, face, kind, RATE, sense, 0, start, LIMIT)
 
 
 @subroutine
@@ -651,12 +655,12 @@ def enters_at_corner(
     if found == NEVER or found == OPEN:  # noqa: SIM109 - no tuple in a hook
         return found
     speed = abs(x.u) + abs(y.u)
-    way = speed * plans.tick
+    per_tick = speed * plans.tick
     t = float(found) * plans.tick
-    inner = reach - (f[row + FLUSH] + 2.0 * doubt + way)
+    inner = reach - (f[row + FLUSH] + 2.0 * doubt + per_tick)
     cross = corner_x.d * y.u - corner_y.d * x.u
     root = math.sqrt(larger(inner * inner * (x.u * x.u + y.u * y.u) - cross * cross, 0.0))
-    around = 2.0 * (doubt + way + slack * t) + reach * (reach - inner) * speed / root
+    around = 2.0 * (doubt + per_tick + slack * t) + reach * (reach - inner) * speed / root
     known = inner > 0.0 and root > 0.0 and t + 2.0 * around / speed < FAR * plans.tick
     return found if known and is_beside(f, row, corner, x, y, t, around) else OPEN
 
@@ -674,17 +678,17 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         return OPEN
     doubt = 2.0**-48 * size
     slack = 2.0**-50 * speed
-    way = speed * plans.tick
+    per_tick = speed * plans.tick
     last_time = FAR * plans.tick
     c = crossings_of(f, row, x, y, size, doubt, slack, last_time)
     if c.misses:
         return NEVER
     comes = c.into - c.into_error
-    known = c.known and (reach == 0.0 or reach > 4.0 * way + doubt)
+    known = c.known and (reach == 0.0 or reach > 4.0 * per_tick + doubt)
     known = known and c.into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and c.latest < 0.0))
     known = known and (reach > 0.0 or c.latest < c.stays)
     half = 0.5 * (c.into + c.stays)
-    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + way)
+    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + per_tick)
     corner = -1
     found = -1
     for face in range(faces, faces + int(f[row + CORNERS]) * WIDE if known else 0, WIDE):
@@ -704,12 +708,12 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         over = True
         sinks = deep
         if reach > 0.0:
-            around = doubt + speed * error + way
+            around = doubt + speed * error + per_tick
             first, last = along_face(f, row, face, x, y, t)
             over = first > around and last < -around
             if over and comes > 0.0:  # it is to be over the face until it is a strip deeper
                 sinking = error + f[row + FLUSH] / (-rate - slack)
-                further = around + speed * sinking + way
+                further = around + speed * sinking + per_tick
                 sinks = first > further and last < -further and t + sinking < last_time
             nearest = face if first < -around else next_corner(f, row, face)
             if not over:
@@ -795,14 +799,14 @@ def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
 
 
 @subroutine
-def across_corner(f: Numbers, w: Approach, corner: int, kind: int, turn: int, start: int) -> int:
+def across_corner(f: Numbers, w: Approach, corner: int, kind: int, sense: int, start: int) -> int:
     """Returns the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule
-    5 holds of the disc around it, of the margin that ``kind`` has; or if ``turn`` is -1, of its outside."""
+    5 holds of the disc around it, of the margin that ``kind`` has; or if ``sense`` is -1, of its outside."""
     own = from_corner(f, corner, w.plans)
     margin, low = margin_of(f, w.row, kind)
     tick = start
     while True:
-        tick = closely(own, margin, low, turn, 0, 0, tick)
+        tick = closely(own, margin, low, sense, 0, 0, tick)
         there = first_beside(f, w, corner, tick) if tick != NEVER else NEVER
         if there == NEVER:
             return NEVER
@@ -814,18 +818,18 @@ def across_corner(f: Numbers, w: Approach, corner: int, kind: int, turn: int, st
 
 
 @subroutine
-def across_face(f: Numbers, w: Approach, face: int, kind: int, turn: int, over: int, start: int) -> int:
+def across_face(f: Numbers, w: Approach, face: int, kind: int, sense: int, over: int, start: int) -> int:
     """Returns the first tick from ``start`` on at whose end a place is within a margin, ``kind``, of the line
-    of a face, and in which it comes nearer; or if ``turn`` is -1, is beyond that and goes away. If ``over``
+    of a face, and in which it comes nearer; or if ``sense`` is -1, is beyond that and goes away. If ``over``
     is 1, at whose end it is over the face."""
     here = start + 1
     while True:
-        there = next_below(f, w, face, kind, turn, 0, here)
+        there = next_below(f, w, face, kind, sense, 0, here)
         if over > 0:
             there = next_below(f, w, face, ALONG, -1, 1, there)
             there = next_below(f, w, face, BEYOND, 1, 1, there)
             there = next_below(f, w, face, LINE, -1, 1, there)
-        falls = next_falling(f, w, face, LINE, turn, there - 1)
+        falls = next_falling(f, w, face, LINE, sense, there - 1)
         there = falls + 1 if falls < LIMIT else NEVER
         if there == NEVER or there == here:  # noqa: SIM109 - no tuple in a hook
             return NEVER if there == NEVER else int(there - 1)
@@ -833,13 +837,13 @@ def across_face(f: Numbers, w: Approach, face: int, kind: int, turn: int, over: 
 
 
 @subroutine
-def across_any(f: Numbers, w: Approach, kind: int, turn: int, start: int) -> int:
+def across_any(f: Numbers, w: Approach, kind: int, sense: int, start: int) -> int:
     """Returns the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
-    a corner that is nearest at its end, or is farther, as ``turn`` says."""
+    a corner that is nearest at its end, or is farther, as ``sense`` says."""
     found = NEVER
     for this in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
-        found = smaller(found, across_face(f, w, this, kind, turn, 1, start))
-        found = smaller(found, across_corner(f, w, this, kind, turn, start))
+        found = smaller(found, across_face(f, w, this, kind, sense, 1, start))
+        found = smaller(found, across_corner(f, w, this, kind, sense, start))
     return int(found)
 
 

@@ -28,7 +28,7 @@ import math
 from kinetile.kernel.certificates.digits import LIMIT, as_count
 from kinetile.kernel.certificates.discs import OPEN, floor_of
 from kinetile.kernel.certificates.discs_exactly import wall_exactly
-from kinetile.kernel.certificates.separation import LARGE, SMALL, TINY, Way, place_at, plus, time_of, total
+from kinetile.kernel.certificates.separation import LARGE, SMALL, TINY, Motion, place_at, plus, time_of, total
 from kinetile.kernel.certificates.structural import FAR
 from kinetile.kernel.compiled import apart, hook, larger, smaller, unchecked
 from kinetile.kernel.flight import position_at, velocity_at
@@ -93,7 +93,7 @@ def reaches_edge(
             guess = as_count((slope + root) / -pull * per_time)
         elif root > slope:
             guess = as_count(2.0 * d / (root - slope) * per_time)
-        way = Way(d, low, slope, 0.0, pull, 0.0, sizes, abs(slope))
+        way = Motion(d, low, slope, 0.0, pull, 0.0, sizes, abs(slope))
         before = -1
         after = LIMIT
         for _ in range(8):

@@ -110,7 +110,7 @@ def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, Any]) -> FunctionType:
+def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[Any, Any]) -> FunctionType:
     """Returns a function with parts in place of its global names, and of those of the templates it calls."""
     names = {**source.__globals__, **parts}
     function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
@@ -125,9 +125,9 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[str, A
         if hasattr(value, "feature") and not parts[value.feature]:
             names[name] = NOTHING[python_of(value).__code__.co_argcount]
         elif getattr(value, "is_template", False):
-            if name not in made:
-                made[name] = hook(_filled_in(cast(FunctionType, value), parts, made))
-            names[name] = made[name]
+            if value not in made:
+                made[value] = hook(_filled_in(cast(FunctionType, value), parts, made))
+            names[name] = made[value]
     return function
 
 

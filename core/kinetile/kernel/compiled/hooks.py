@@ -11,7 +11,7 @@ fingerprint, so old machine code refers to old names.
 
 import gc
 import inspect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
 from opcode import opmap
@@ -180,13 +180,21 @@ def unchecked(function: F) -> F:
     return function
 
 
+def names_any(value: Any, constants: Mapping[str, object]) -> bool:
+    """Returns True if a value is a hook that names a constant, or calls a hook that does."""
+    if not is_hook(value):
+        return False
+    code, names = python_of(value).__code__, python_of(value).__globals__
+    return any(name in constants or names_any(names.get(name), constants) for name in code.co_names)
+
+
 def with_constants(hooks: Iterable[Hook], **constants: object) -> dict[str, Any]:
     """Returns hooks by their names, with these constants in place of global names; a hook that calls others
     comes after them, and calls those of the result.
 
     A branch on a name of the module, like ``if PERIODIC:``, is decided when the hook is compiled. So one text
     serves several kinds of scenes, and a loop has no code for what its scene does not have. Raises TypeError
-    for a constant that no hook names.
+    for a constant that no hook names, and for a hook that calls another one with such a constant as it is.
     """
     hooks = list(hooks)
     used = {name for each in hooks for name in python_of(each).__code__.co_names}
@@ -195,6 +203,11 @@ def with_constants(hooks: Iterable[Hook], **constants: object) -> dict[str, Any]
     made: dict[str, Any] = dict(constants)
     for each in hooks:
         usual = python_of(each)
+        for name in usual.__code__.co_names:
+            if name not in made and names_any(usual.__globals__.get(name), constants):
+                raise TypeError(
+                    f"{usual.__name__} calls {name}, which is not listed before it, with a constant"
+                )
         code, names = usual.__code__, usual.__globals__ | made
         again = hook(FunctionType(code, names, usual.__name__, usual.__defaults__, usual.__closure__))
         made[usual.__name__] = again if is_checked(each) else unchecked(again)

@@ -17,8 +17,8 @@ Order, and why the head is the next event
 =========================================
 
 The order is total: by tick; at equal ticks chord, structural, guess, command, wall, pair, parting; in one
-kind by number, and pairs by their two bodies. Of its tick a beat comes before all but what is structural. The
-order does not depend on the history of the queue.
+kind by number, and pairs by their two bodies. A beat comes after the chords and the structural events of its
+tick, and before all others. The order does not depend on the history of the queue.
 
 Let the head be a contact of a pair at tick T, exact, and its partner's plan unchanged. Let {c, d} be a near
 pair, not barred, and c a body that covers it. Then its contact is at or after c's ``tick``, that is at or
@@ -88,6 +88,7 @@ from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
 from kinetile.kernel.loop.responses import crowded, find_leave
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
+    BEAT_DUE,
     CHORD,
     COMMANDED,
     GUESS,
@@ -95,6 +96,7 @@ from kinetile.kernel.tables import (
     NOBODY,
     PAIR,
     PARTING,
+    PASSING_BEGINS,
     STRUCTURAL,
     WALL,
     Kernel,
@@ -332,10 +334,6 @@ def must_return(k: Kernel, contacts: int) -> int:
     return NO_REASON
 
 
-BEAT_DUE = -1
-"""What comes next where a plan has grown old (``kernel.images``): no kind of an entry."""
-
-
 @template
 def next_event(k: Kernel) -> tuple[int, int, int]:
     """Returns what comes next: the head of the queue (or NOBODY), the kind and the tick.
@@ -353,13 +351,9 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
             at = tick
     if PERIODIC:
         beat = k.clock[0].torus.beat
-        if beat < at or (beat == at and kind != STRUCTURAL):
+        if beat < at or (beat == at and kind > STRUCTURAL):
             return h, BEAT_DUE, beat
     return h, kind, at
-
-
-PASSING_BEGINS = 6
-"""The kind of a contact at which two bodies begin to pass through each other: as ``PAIR`` in an entry."""
 
 
 @template

@@ -79,7 +79,7 @@ from kinetile.toolbox.reach import SPANS, chord_speed, drop_of, extent_of, margi
 
 UNLIMITED = 2**62
 NONE_BEHIND = 2**62
-"""While commands of the scene run, one at a time."""
+"""The value of ``_behind`` unless the scene's own commands run, one at a time."""
 
 MOST_UNITS = 2**62
 """Units of the clock that a run with bodies can have: contacts have them in 64 bits."""
@@ -208,31 +208,31 @@ class Engine(Tables):
         if self.runs_compiled:
             return
         loop = self.loop
-        may_start = loop.meanwhile is None and self._wanted is None and not (wholly or loop.stays)
-        if may_start and loop.spent > UNNOTICED and not is_cached(loop) and loop.meanwhile is None:
-            loop.meanwhile = (
-                NO_PROCESS  # so that another thread, which may have looked meanwhile, starts none
-            )
+        may_start = self._wanted is None and not (wholly or loop.stays) and loop.spent > UNNOTICED
+        # Looked up last: another thread may have started a process by now.
+        if may_start and not is_cached(loop) and loop.meanwhile is None:
+            loop.meanwhile = NO_PROCESS
             loop.meanwhile = compile_meanwhile(loop, self.composition, self.commands)
-        as_python = NOTHING_IS_COMPILED or (not wholly and self.begins_as_python)
-        if self.is_ready and as_python:
+        if NOTHING_IS_COMPILED or (not wholly and self.begins_as_python):
+            if not self.is_ready:
+                self._use_hooks(as_python=True)
             return
-        self.is_ready, self.as_python, self._enter, self._search = as_python, as_python, None, None
-        self._budget = FIRST_AS_PYTHON if as_python else FIRST_BUDGET
-        if as_python:
-            return
+        self._use_hooks(as_python=False)
         began = time.thread_time()
         try:
             self._make_ready()
+            self.is_ready = True
         except NotCompiled as error:
-            who = self.composition.author_of(str(error))
-            told = f"the hooks of {who} do not compile: {error}"
+            message = f"the hooks of {self.composition.author_of(str(error))} do not compile: {error}"
             if wholly or self._wanted:
-                raise PhaseError(told) from error
-            loop.stay(told)
-            self.compile()
+                raise PhaseError(message) from error
+            loop.stay(message)
+            self._use_hooks(as_python=True)
         self.compile_seconds += time.thread_time() - began
-        self.is_ready = True
+
+    def _use_hooks(self, as_python: bool) -> None:
+        self.is_ready, self.as_python, self._enter, self._search = as_python, as_python, None, None
+        self._budget = FIRST_AS_PYTHON if as_python else FIRST_BUDGET
 
     @property
     def begins_as_python(self) -> bool:

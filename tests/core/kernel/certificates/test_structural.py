@@ -125,7 +125,7 @@ COEFFICIENT = st.one_of(
 @given(st.lists(st.tuples(*[COEFFICIENT] * 5), min_size=1, max_size=8), SCALE, st.integers(-(2**50), 2**50))
 @example([(0.0, 0.0, 0.0, -1.0, 23.0)], 1.0, 0)  # below zero by almost nothing: not now
 @example([(-0.25, -7.0, -5.0, -1.0, 3.0), (-0.25, 1.0, -2.0, 7.0, -8.0)], 1.0, 0)  # bounds that are near
-@example([(0.0, 0.0, 0.0, 0.0, -2.0**-1030)], 1.0, 0)  # at the end of the tick it underflows: now
+@example([(0.0, 0.0, 0.0, 0.0, -(2.0**-1030))], 1.0, 0)  # at the end of the tick it underflows: now
 @settings(deadline=None)
 def test_a_polynomial_is_below_zero_until_it_is_said_to_rise(polynomials, scale, now):
     """In whole numbers: it is below zero at the end of this tick, or the tick is now; and at 31 times up to
