@@ -1,7 +1,7 @@
 """Habits of language that make prose hard to read, counted in comments, docstrings and messages.
 
-The finder knows only habits that a pattern shows; the lines that it names are for people to judge. Where a count
-is above its ceiling, print the lines by ``python tests/test_prose.py`` and rewrite them (CONTRIBUTING.md, Style).
+The finder knows only the habits that a pattern shows; people judge the lines that it names. If a count is
+above its ceiling, print the lines by ``python tests/test_prose.py`` and rewrite them (CONTRIBUTING.md).
 """
 
 import io
@@ -25,8 +25,8 @@ HABITS = {
 }
 
 CEILINGS = {
-    "core plugins": {},
-    "tests": {},
+    "core plugins": dict(zip(HABITS, (77, 282, 37, 181, 371, 107, 248), strict=True)),
+    "tests": dict(zip(HABITS, (26, 70, 24, 46, 76, 61, 43), strict=True)),
 }
 
 
