@@ -1,8 +1,8 @@
-"""Draw the pictures of the cookbook: ``python docs/cookbook/draw.py [PAGE ...]``, by default all of them.
+"""Draws the pictures of the cookbook: ``python docs/cookbook/draw.py [PAGE ...]``, by default all of them.
 
 Units: the diameter of a disc (of the larger in a mixture), its mass (of the smaller), and kT; in the Lorentz
 gas the radius of a scatterer and the speed; among obstacles the speed and half the height of the room. Error
-bars are standard errors, where blocks give one (``error`` is not NaN); numbers are printed as well.
+bars are standard errors, if blocks give one (``error`` is not NaN); numbers are printed as well.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ import kinetile as kt
 from kinetile.show.picture import take_picture
 
 COLOURS, MARKERS, DASHES = ["#0072B2", "#D55E00", "#009E73"], "os^", ("-", "--", ":")
-"""Those of the first, second and third series of a panel."""
+"""For the first, second and third series of a panel."""
 
 Z = {0.2: 1.411834, 0.3: 1.723373, 0.4: 2.151444, 0.5: 2.760124, 0.6: 3.663698, 0.7: 5.082369, 0.8: 7.476513}
-"""P/(rho kT) by the density rho of discs of diameter 1: Kolafa and Rottner (2006)."""
+"""P/(rho kT) by the reduced density rho: Kolafa and Rottner (2006)."""
 
 
 def fluid(bodies, density, **more):
-    """Return discs on a torus, of diameter 1 unless ``radii`` says otherwise, after 100 contacts of each."""
+    """Returns discs on a torus at a reduced density, of diameter 1 by default, after 100 contacts of each."""
     made = {"bodies": bodies, "density": density * math.pi / 4, "radii": (0.5,), "periodic": "xy"} | more
     sim = kt.Simulation(kt.make_scene("mixture", **made), keep_contacts=False)
     sim.run(max_contacts=50 * bodies)
@@ -36,13 +36,13 @@ def fluid(bodies, density, **more):
 
 
 def again(sim, **changes):
-    """Return a simulation that begins where another one is, with changes of the scene."""
+    """Returns a simulation that begins at the state of another, with changes of the scene."""
     now = {"position": sim.positions(), "velocity": sim.velocities()} | changes
     return kt.Simulation(sim.scene.replace(**now), keep_contacts=False)
 
 
 def panels(*names):
-    """Return a figure with a panel for each two titles of axes, and the panels."""
+    """Returns a figure with a panel for each two titles of axes, and the panels."""
     figure = Figure((7.6, 3.1), dpi=100, layout="constrained", facecolor="white")
     axes = figure.subplots(1, len(names) // 2, squeeze=False)[0]
     for k, each in enumerate(axes):
@@ -51,7 +51,7 @@ def panels(*names):
 
 
 def dots(axes, x, estimates, label, color=None):
-    """Draw pairs of a mean and an error, and print them."""
+    """Draws pairs of a mean and an error, and prints them."""
     mean, error = np.transpose([each[:2] for each in estimates])
     marker = MARKERS[len(axes.containers)]
     axes.errorbar(list(x), mean, error, fmt=marker, ms=3, lw=1, capsize=2, label=label, color=color)
@@ -59,7 +59,7 @@ def dots(axes, x, estimates, label, color=None):
 
 
 def equation_of_state():
-    """Deviations from the fluid's equation of state, and the pressure of 72 discs."""
+    """Draws deviations from the fluid's equation of state, and the pressure of 72 discs."""
     names = ("density", "1000 (Z / Z of Kolafa, Rottner - 1)", "packing fraction", "P s² / kT")
     figure, left, right = panels(*names)
     left.axhline(0, color="black", lw=0.8)
@@ -83,7 +83,7 @@ def equation_of_state():
 
 
 def diffusion():
-    """How fast a disc spreads, and how long it keeps its velocity."""
+    """Draws the mean squared displacement and the velocity autocorrelation."""
     figure, left, right = panels("t", "msd / 4t", "t", "C(t) / C(0)")
     sim = fluid(10_000, 0.5)
     sim.run(sim.time + 500.0, observe=["msd:every=0.1,lags=200", "vacf:every=0.1,lags=200"])
@@ -103,7 +103,7 @@ def diffusion():
 
 
 def pair_correlation():
-    """g(r) at three densities; as dots at r = 1 its extrapolation, as lines the value from Z."""
+    """Draws g(r) at three reduced densities; at r = 1, dots are its extrapolation, lines the value from Z."""
     figure, axes = panels("r", "g(r)")
     for k, density in enumerate((0.3, 0.5, 0.7)):
         sim, contact = fluid(1600, density), []
@@ -121,9 +121,9 @@ def pair_correlation():
 
 
 def mixture():
-    """Contact values of two sizes from contact rates, over those of Santos, Yuste and Lopez de Haro."""
+    """Draws contact values of two sizes from contact rates, over the values of Santos et al. (1999)."""
     figure, left, right = panels("packing fraction", "g at contact", "packing fraction", "g / approximation")
-    density, Z1 = np.transpose(list(Z.items())[:-1])  # 0.8 is denser than the recipe begins
+    density, Z1 = np.transpose(list(Z.items())[:-1])  # 0.8 is too dense for the recipe
     packing, kinds = density * math.pi / 4, ["small"] * 800 + ["big"] * 800
     one, free, found = (Z1 - 1) / (2 * packing), 1 / (1 - packing), []
     for eta in packing:
@@ -146,7 +146,7 @@ def mixture():
 
 
 def cooling_granular_gas():
-    """Temperature over time; as lines Haff's law."""
+    """Draws temperature over time; lines are Haff's law."""
     figure, left, right = panels("Gamma0 t", "T / T0", "contacts of a disc", "T / T of Haff")
     gamma, times = 4 * (Z[0.3] - 1) / math.sqrt(math.pi), np.geomspace(1, 2000, 40)
     start = fluid(10_000, 0.3)
@@ -167,7 +167,7 @@ def cooling_granular_gas():
 
 
 def lorentz_gas():
-    """Mean free path and diffusion of a disc among scatterers of a triangular lattice."""
+    """Draws mean free path and diffusion of a disc among scatterers of a triangular lattice."""
     figure, left, right = panels("gap", "1000 (path / exact - 1)", "gap", "D")
     gaps, paths, spreads = np.array([0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3]), [], []
     for w in gaps:
@@ -190,7 +190,7 @@ def lorentz_gas():
 
 
 def obstacles():
-    """A path around a box, and how often a disc meets boxes of five widths."""
+    """Draws a path around a box, and the rate of a disc's contacts with boxes of five widths."""
     figure, left, right = panels("x", "y", "width of the box", "1000 (rate / exact - 1)")
     widths, found = (0.25, 0.5, 1.0, 1.5, 2.0), []
     for w in widths:
@@ -221,7 +221,7 @@ def obstacles():
 
 
 def rooms():
-    """The scenes of the cookbook at a time, each with the paths of some discs until then."""
+    """Draws the scenes of the cookbook at a time, each with the paths of some discs until then."""
     figure = Figure((7.6, 5.4), dpi=100, layout="constrained", facecolor="white")
     shown = {"sinai": (40, [1]), "stadium": (60, [66]), "maze": (40, [38, 77, 117])}
     shown["brick-breaker"] = (30, [0])

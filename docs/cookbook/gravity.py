@@ -1,7 +1,7 @@
 """Scenes with accelerations against their laws: ``python docs/cookbook/gravity.py [NAME ...]``.
 
-Each function plays a file of ``docs/scenes``, prints what it finds beside what the law says, and fails if the
-two differ: at all where the law is exact, else by more than four standard errors.
+Each function plays a file of ``docs/scenes``, prints its result beside the law's, and fails if they differ:
+at all if the law is exact, otherwise by more than four standard errors.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ SCENES = Path(__file__).parents[1] / "scenes"
 
 
 def load(name: str) -> kt.Scene:
-    """Return a scene of the documents."""
+    """Returns a scene of the documents."""
     return kt.load_scene(SCENES / f"{name}.toml")
 
 
 def rows_of(scene: kt.Scene, until: float | None = None) -> Any:
-    """Return the log of a scene's events: who met whom, when, and where both were right after it."""
+    """Returns the log of a scene's events: the two that met, the time, and their places right after it."""
     parts = [np.zeros(0, kt.LOG)]
     kt.Simulation(scene, keep_contacts=False).run(until, recorder=parts.append)
     return np.concatenate(parts)
 
 
 def galton(balls: int = 1000) -> None:
-    """Steps of 1/2 to either side in eight rows: where balls first meet the floor is binomial, if the steps
-    are independent. By chi squared, with its mean and its standard deviation; and by the variance, 2. They
-    are nearly so: 10,000 balls have a chi squared of 49 and the variance 1.88 +- 0.03."""
+    """Balls step by 1/2 to either side in eight rows. If the steps are independent, the places of the first
+    contacts with the floor are binomial: tested by chi squared, with its mean and standard deviation, and by
+    the variance, 2. The steps nearly are: 10,000 balls have a chi squared of 49 and variance 1.88 +- 0.03."""
     scene = kt.make_scene("galton", balls=balls)
     rows = rows_of(scene, 2.0 * balls + 36.0)
     below = rows[rows["b"] == -3]
@@ -54,8 +54,8 @@ def galton(balls: int = 1000) -> None:
 
 def sedimentation() -> None:
     """The barometric law of two kinds: with gravity g the mean height of discs of mass m above the floor
-    is kT/(m g), less what the ceiling takes away. All have the same kT. Points would have exactly that; discs
-    that cover 0.05 % of the room differ by less than the error."""
+    is kT/(m g), less a term for the ceiling. All have the same kT. The law is exact for points; discs that
+    cover 0.05 % of the room differ by less than the error."""
     scene, blocks = load("sedimentation"), 20
     g, r, until = 0.0075, 0.5, 60_000.0
     sim = kt.Simulation(scene, keep_contacts=False)
@@ -79,9 +79,9 @@ def sedimentation() -> None:
 
 
 def traffic() -> None:
-    """A car that brakes by a from the speed v stops after v^2/(2 a): with a billionth more it meets nothing,
-    with a billionth less it meets what stands there sqrt(2e-9/a) before it would stop. One that reacts later
-    than the car in front of it goes on for that time."""
+    """A car that brakes from the speed v with deceleration a stops after v^2/(2 a). With a billionth more
+    room it meets nothing; with a billionth less it meets the obstacle sqrt(2e-9/a) before it would stop. A
+    car that reacts later than the car in front of it keeps its speed for that time."""
     scene = load("traffic")
     sim = kt.Simulation(scene)
     sim.run()
@@ -96,8 +96,8 @@ def traffic() -> None:
 
 
 def robots() -> None:
-    """A trapezoidal profile of the way d, speed v and acceleration a lasts d/v + v/a = 6. Two that cross each
-    other's way at full speed meet if the second is later by less than 2 sqrt(2) r/v = 0.707."""
+    """A trapezoidal profile of the way d, speed v and acceleration a lasts d/v + v/a = 6. Two robots that
+    cross at full speed meet if the second is later by less than 2 sqrt(2) r/v = 0.707."""
     scene = load("robots")
     sim = kt.Simulation(scene)
     for time, there in ((6.0, [0, 1]), (7.25, [2, 3])):
@@ -120,9 +120,9 @@ def robots() -> None:
 
 
 def pinball(until: float | None = None) -> None:
-    """The energy of the ball, v^2/2 + y, stays the same at every hit. In two dimensions it spends its time
-    evenly over the area A that it can reach (the microcanonical measure), so that it hits a piece ds of a
-    bumper, or of a wall, v(y) ds/(pi A) times a unit of time. Errors of rates: from 20 blocks."""
+    """The energy of the ball, v^2/2 + y, stays the same at every hit. In two dimensions the ball spends its
+    time evenly over the area A that it can reach (the microcanonical measure). So it hits a piece ds of a
+    bumper, or of a wall, v(y) ds/(pi A) times a unit of time. Errors of rates are from 20 blocks."""
     scene = load("pinball")
     rows = rows_of(scene, until)
     hits = rows[rows["a"] == 0]
@@ -156,17 +156,17 @@ def pinball(until: float | None = None) -> None:
 
 
 def pinball_for_long() -> None:
-    """The same for 200,000 units of time, with the rates."""
+    """Plays ``pinball`` for 200,000 units of time, with the rates."""
     pinball(200_000.0)
 
 
 FALL = 70.0
-"""How high the floor with the slot is above the other one: all discs have room below."""
+"""The height of the floor with the slot above the other floor: all discs have room below."""
 
 
 def silo(slot: float, bodies: int, width: float = 20.0, fall: float = FALL, seed: int = 0) -> kt.Scene:
-    """Return discs of five sizes about 1 in layers over a floor with a slot in its middle, far above another
-    floor. Each contact takes half of their speed; they come to rest on floors, and press on each other."""
+    """Returns discs of five sizes about 1 in layers over a floor with a slot in its middle, far above another
+    floor. Each contact halves the speed; discs come to rest on floors, and press on each other."""
     rng = np.random.default_rng(seed)
     sizes = [0.45, 0.475, 0.5, 0.525, 0.55]
     of_each = rng.integers(0, 5, bodies)
@@ -191,9 +191,9 @@ def silo(slot: float, bodies: int, width: float = 20.0, fall: float = FALL, seed
 
 
 def hopper(bodies: int = 1000) -> None:
-    """Beverloo's law: through a slot D wide fall C (D - k)^(3/2) discs a unit of time, however many lie above
-    it. Here in two dimensions and without friction: C and k of six slots together, and what each differs by.
-    Counted is from a quarter to three quarters of the discs."""
+    """Beverloo's law: C (D - k)^(3/2) discs a unit of time fall through a slot of width D, however many lie
+    above it. Here, in two dimensions and without friction, six slots give C and k, and their deviations.
+    Discs are counted from a quarter to three quarters of them."""
     slots, rates = np.arange(4.0, 10.0), []
     for slot in slots:
         found = []

@@ -1,9 +1,9 @@
 """Matter measured and compared with published numbers: ``python docs/cookbook/matter.py [NAME ...]``.
 
-Each function measures a system, prints what it finds beside the published or exact value, and fails if the
-two differ by more than four standard errors. Units: the diameter of a disc (of the larger in a mixture), its
-mass (of the smaller), and kT; in the Lorentz gas the radius of a scatterer and the speed. Densities ``rho``
-are discs a squared diameter. ``draw.py`` beside it draws the pictures of these systems from longer runs.
+Each function measures a system, prints its result beside the published or exact value, and fails if the two
+differ by more than four standard errors. Units: the diameter of a disc (of the larger in a mixture), its mass
+(of the smaller), and kT; in the Lorentz gas the radius of a scatterer and the speed. ``rho`` is the reduced
+density, discs a squared diameter. ``draw.py`` draws the pictures of these systems from longer runs.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ Z = {0.2: 1.411834, 0.3: 1.723373, 0.4: 2.151444, 0.5: 2.760124, 0.6: 3.663698, 
 
 
 def fluid(bodies: int, rho: float, seed: int = 1) -> kt.Scene:
-    """Return equal discs of diameter 1 on a torus."""
+    """Returns equal discs of diameter 1 on a torus."""
     packing = rho * math.pi / 4
     return kt.make_scene("mixture", bodies=bodies, radii=(0.5,), density=packing, periodic="xy", seed=seed)
 
 
 def equation_of_state() -> None:
-    """Z of 1,600 discs; and the pressure of 72, which is known to seven digits at packing fraction 0.65 (Li,
+    """Z of 1,600 discs; and the pressure of 72, which is known to seven digits at area fraction 0.65 (Li,
     Nishikawa, Höllmer, Carillo, Maggs and Krauth, J. Chem. Phys. 157, 234111, 2022)."""
     for rho in (0.2, 0.4, 0.6, 0.8):
         sim = kt.Simulation(fluid(1600, rho), keep_contacts=False)
@@ -47,10 +47,10 @@ def equation_of_state() -> None:
 
 
 def diffusion() -> None:
-    """The slope of the velocity autocorrelation C at time 0: C'(0)/C(0) = -Gamma exactly, for the energy of a
-    disc is kept on average; Gamma = 4 (Z - 1)/sqrt(pi). And msd'' = 2 C, so at first msd is 2 kT t^2/m.
+    """The slope of the velocity autocorrelation C at time 0: C'(0)/C(0) = -Gamma exactly, since a disc
+    keeps its energy on average; Gamma = 4 (Z - 1)/sqrt(pi). And msd'' = 2 C, so at first msd is 2 kT t^2/m.
 
-    The slope is that of a polynomial through C at short times, in 16 runs that follow each other.
+    The slope is taken from a polynomial fit of C at short times, in 16 consecutive runs.
     """
     sim = kt.Simulation(fluid(1600, 0.5), keep_contacts=False)
     sim.run(20.0)  # 80 contacts a disc: to equilibrium
@@ -73,7 +73,7 @@ def diffusion() -> None:
 
 
 def pair_correlation() -> None:
-    """The value of g at contact is the pressure once more: Z = 1 + 2 eta g(1) (N - 1)/N on a torus of N.
+    """The value of g at contact gives the pressure again: Z = 1 + 2 eta g(1) (N - 1)/N on a torus of N.
 
     The histogram is extrapolated to r = 1 by a cubic, in eight runs, and compared with counted contacts.
     """
@@ -104,9 +104,9 @@ def mixture() -> None:
 
     In equilibrium each kind has the same kT, exactly: m v^2 is kT (1 - m/M) with the total mass M. The rate
     of contacts of kinds i and j is n s g sqrt(2 pi kT/mu)/A with the number of pairs n, the sum of radii s,
-    the reduced mass mu and the contact value g. For g there is the approximation of Santos, Yuste and López
+    the reduced mass mu and the contact value g. An approximation of g is by Santos, Yuste and López
     de Haro (Mol. Phys. 96, 1, 1999): f + (g1 - f) z, with f = 1/(1 - eta), g1 of equal discs at the same
-    packing fraction, z = (d_i d_j/s) m1/m2, and the means m1 of diameters and m2 of their squares. It gives
+    area fraction eta, z = (d_i d_j/s) m1/m2, and the means m1 of diameters and m2 of their squares. It gives
     Z = (1 - xi) f + xi Z1 with xi = m1^2/m2. The tolerances are 2 % of g and 1 % of Z for its error.
     """
     eta = 0.4 * math.pi / 4
@@ -114,7 +114,7 @@ def mixture() -> None:
         "mixture", bodies=400, radii=(0.25, 0.5), masses=(1.0, 4.0), density=eta, periodic="xy"
     )
     light = scene.mass == 1.0
-    velocity = scene.velocity * light[:, None]  # the heavy ones are at rest
+    velocity = scene.velocity * light[:, None]  # heavy discs are at rest
     velocity[light] -= velocity[light].mean(axis=0)  # total momentum 0
     scene = scene.replace(velocity=velocity, kind=np.where(light, "small", "big").tolist())
     sim = kt.Simulation(scene, keep_contacts=False)
@@ -167,7 +167,7 @@ def cooling_granular_gas() -> None:
 
 
 def lattice(w: float, small: float = 0.005) -> kt.Scene:
-    """Return two scatterers at rest and a disc between three of them and their images: a triangular lattice
+    """Returns two scatterers at rest and a disc between three of them and their images: a triangular lattice
     with the sum of radii 1 and the gap w between neighbours."""
     wide, high = 2 + w, (2 + w) * math.sqrt(3)
     position = [(0.0, 0.0), (wide / 2, high / 2), (wide / 2, high / 6)]

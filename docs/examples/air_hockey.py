@@ -1,9 +1,9 @@
-"""Air hockey as an environment for learning: goals are sensors, two paddles are steered in each frame.
+"""Air hockey as an environment for learning: goals are sensors, and each frame steers two paddles.
 
-``python docs/examples/air_hockey.py`` plays 16 games at once and prints what a step and a reset cost. These
-have the arguments and results of gymnasium's, which it does not need: ``class AirHockey(gymnasium.Env)`` with
-two spaces is all that is missing. A reset makes no scene: it restores a snapshot and moves the puck. A puck
-that a paddle squeezes against a wall goes back to the middle.
+``python docs/examples/air_hockey.py`` plays 16 games at once and prints the cost of a step and a reset. Both
+have the arguments and results of gymnasium's methods, without gymnasium; only two spaces are missing in a
+``class AirHockey(gymnasium.Env)``. A reset makes no scene: it restores a snapshot and moves the puck. A puck
+that a paddle squeezes against a wall returns to the middle.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 import kinetile as kt
 
 FRAME, PUCK, PADDLES = 1 / 60, 0, [1, 2]
-LEAST = np.array([(0.12, 0.12), (1.17, 0.12)])  # where a paddle may be: the middle stays free for the puck
+LEAST = np.array([(0.12, 0.12), (1.17, 0.12)])  # limits of paddles: the middle stays free for the puck
 MOST = np.array([(0.83, 0.88), (1.88, 0.88)])
 TABLE = kt.Scene(
     position=[(1.0, 0.5), (0.3, 0.5), (1.7, 0.5), (0.06, 0.5), (1.94, 0.5)],
@@ -36,7 +36,7 @@ class AirHockey:
 
     def __init__(self, seed: int) -> None:
         self.sim = kt.Simulation(TABLE, "cells", live=True, keep_contacts=False, keep_commands=False)
-        for fast in (3.0, 0.0):  # else each reset would make room for that speed again
+        for fast in (3.0, 0.0):  # otherwise each reset would prepare for that speed again
             self.sim.set_velocities([PUCK, *PADDLES], (fast, fast))
         self.start, self.rng, self.reward, self.jams = self.sim.snapshot(), random.Random(seed), 0, 0
 
@@ -45,7 +45,7 @@ class AirHockey:
         return np.hstack([self.sim.positions()[:3], self.sim.velocities()[:3]])
 
     def serve(self) -> None:
-        """Puts the puck into the middle, with another velocity each time."""
+        """Puts the puck into the middle, with a new random velocity."""
         self.sim.set_position(PUCK, (1.0, 0.5))
         self.sim.set_velocity(PUCK, (self.rng.choice((-1.0, 1.0)), self.rng.uniform(-1.0, 1.0)))
 
@@ -57,7 +57,7 @@ class AirHockey:
         return self.observe(), {}
 
     def step(self, action: Any) -> tuple[Any, int, bool, bool, dict[str, Any]]:
-        """Plays a frame: 1 if the left player has a goal, -1 if the right one has."""
+        """Plays a frame; the reward is 1 for a goal of the left player, -1 for one of the right player."""
         place, self.reward = self.sim.positions()[PADDLES], 0
         to = np.clip(place + np.clip(action, -3.0, 3.0) * FRAME, LEAST, MOST)
         self.sim.set_velocities(PADDLES, (to - place) / FRAME)
@@ -66,18 +66,18 @@ class AirHockey:
         return self.observe(), self.reward, self.reward != 0, self.sim.time > 60.0, {}
 
     def score(self, event: kt.Event) -> bool:
-        """Ends the frame, and with it the game, at the tick of the goal."""
+        """Ends the frame and the game at the tick of the goal."""
         self.reward = 1 if 4 in event.bodies else -1
         return True
 
     def release(self, _jam: object) -> None:
-        """Serves again."""
+        """Serves again after a jam."""
         self.jams += 1
         self.serve()
 
 
 def play(games: int = 16, frames: int = 600) -> list[AirHockey]:
-    """Returns games in which both players go to the puck."""
+    """Returns games whose players both move to the puck."""
     tables, goals = [AirHockey(seed) for seed in range(games)], [0, 0]
     views = [table.reset()[0] for table in tables]
     for _ in range(frames):

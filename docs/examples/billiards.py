@@ -1,8 +1,8 @@
-"""Billiards: balls that the cloth slows down, pockets, and a shot that is over when all balls rest.
+"""Billiards: the cloth slows balls down, pockets remove them, and a shot ends when all balls rest.
 
-``python docs/examples/billiards.py`` plays shots at a rack of ten until the table is empty of nine, or ten
+``python docs/examples/billiards.py`` plays shots at a rack of ten until nine balls are off the table, or ten
 shots. Deceleration is opposite to the velocity, so it is set again after each contact; between two contacts
-the path is a line and a ball stops at a known time.
+the path is a line, and the ball's stopping time is known.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def table() -> kt.Scene:
 
 
 class Table:
-    """A table, and when each ball that moves will stop."""
+    """A table, and the stopping times of its moving balls."""
 
     def __init__(self, phase: str = "cells") -> None:
         self.sim = kt.Simulation(table(), phase, live=True)
@@ -64,7 +64,7 @@ class Table:
         self.sim.set_acceleration(ball, (-share * vx, -share * vy))
 
     def hit(self, event: kt.Event) -> bool:
-        """Sets the decelerations again; the run goes on to another end, so it stops here."""
+        """Sets the decelerations again; the end of the run changes, so it stops here."""
         for ball in event.bodies:
             self.brake(ball)
         return True

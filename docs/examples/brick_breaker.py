@@ -1,9 +1,9 @@
-"""Brick-breaker: a ball, a paddle that moves, and bricks that are removed when they are hit.
+"""Brick-breaker: a ball, a moving paddle, and bricks; a hit brick is removed.
 
 ``python docs/examples/brick_breaker.py [FILE]`` plays a game to its end, and saves the recording as a scene:
-``docs/scenes/brick-breaker.toml`` is one. Two rules are the game's own: at the paddle the ball's direction
-depends on where it hits, and its speed is 2; and a player, who goes where the ball will come down and aims at
-a brick.
+``docs/scenes/brick-breaker.toml`` is one. The game adds a rule and a player. At the paddle the ball's speed
+becomes 2, and the place of the hit decides its direction. The player moves to the place where the ball will
+come down, and aims at a brick.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ROOM = kt.Scene(
 
 
 def coming_down(x: float, level: float, vx: float, vy: float, y: float) -> tuple[float, float]:
-    """Returns where the ball comes down to the paddle, mirrored at the sides, and in how long."""
+    """Returns the place where the ball reaches the paddle, mirrored at the sides, and the time until then."""
     wait = (y - level - 0.25) / -vy
     x = abs(x + wait * vx - 0.125) + 0.125
     return 7.875 - abs(7.875 - x), wait

@@ -1,8 +1,8 @@
-"""The closest pair of moving points: a kinetic tournament of pairs, and no broad phase.
+"""The closest pair of moving points: a kinetic tournament of pairs, not a broad phase.
 
 All pairs of points compete. Number v of the tournament's tree is the closer of the winners of 2 v and
-2 v + 1, so number 1 is the closest of all pairs. The proof is one certificate for each of these comparisons:
-the winner is not farther apart than the loser. Squared distances are quadratic in time, and so is their
+2 v + 1, so number 1 is the closest of all pairs. The proof is one certificate for each comparison: the
+winner's distance is not greater than the loser's. Squared distances are quadratic in time, and so is their
 difference: the certificate is of degree 2 (``falls_bent``). There are more comparisons than points, so each
 point keeps some of them, and awaits the first that fails (``set_due``).
 
@@ -42,7 +42,7 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """No comparison is made yet."""
+    """Schedules nothing: no comparison is made yet."""
     s.due[:] = NEVER
 
 
@@ -54,7 +54,7 @@ def near(k: Kernel, s: State, point: int) -> int:
 
 @hook
 def square(k: Kernel, s: State, pair: int, since: int) -> tuple[float, float, float]:
-    """Return the square of a distance at a tick, its rate, and the rate of that."""
+    """Returns the square of a distance at a tick, with its first and second derivatives."""
     one = k.bodies[s.one[pair]]
     other = k.bodies[s.other[pair]]
     x, y = position_at(k, one, since)
@@ -65,13 +65,13 @@ def square(k: Kernel, s: State, pair: int, since: int) -> tuple[float, float, fl
 
 @hook
 def anchored(k: Kernel, s: State, pair: int) -> int:
-    """Return the later of the anchors of two points."""
+    """Returns the later anchor of the two points of a pair."""
     return max(k.bodies[s.one[pair]].anchor, k.bodies[s.other[pair]].anchor)
 
 
 @hook
 def compare(k: Kernel, s: State, v: int) -> None:
-    """Decide a comparison, and say when that fails. Of two that are equally close the winner stays."""
+    """Decides a comparison, and schedules its failure. The winner of a tie stays."""
     won, lost = s.winner[2 * v], s.winner[2 * v + 1]
     if s.winner[v] == lost:
         won, lost = lost, won
@@ -89,7 +89,7 @@ def compare(k: Kernel, s: State, v: int) -> None:
 
 @hook
 def compare_up(k: Kernel, s: State, v: int) -> None:
-    """Make a comparison, and all that its winner takes part in."""
+    """Makes a comparison, and all others above it in the tree."""
     while v > 0:
         compare(k, s, v)
         v //= 2
@@ -97,21 +97,21 @@ def compare_up(k: Kernel, s: State, v: int) -> None:
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Make all comparisons, from the pairs up."""
+    """Makes all comparisons, from the pairs up."""
     for v in range(len(s.one) - 1, 0, -1):
         compare(k, s, v)
 
 
 @hook
 def repair(k: Kernel, s: State, point: int) -> int:
-    """The first of the certificates that a point keeps fails: its comparison has another winner."""
+    """Repairs the first failing certificate of a point: its comparison has another winner."""
     compare_up(k, s, first_due(s.due, point) * len(s.due) + point)
     return 0
 
 
 @hook
 def replan(k: Kernel, s: State, point: int) -> None:
-    """A point moves otherwise from now on: all comparisons of its pairs are made again."""
+    """Makes all comparisons of a point's pairs again: it has another motion from now on."""
     for pair in range(len(s.one)):
         if s.one[pair] == point or s.other[pair] == point:
             compare_up(k, s, (len(s.one) + pair) // 2)
@@ -121,7 +121,7 @@ class ClosestPair:
     """The closest pair of points, kept while they move."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        """Return the parts; all pairs are made here, once."""
+        """Returns the parts; all pairs are made here, once."""
         n = len(scene)
         if n < 2:
             raise kt.errors.Refused("the closest pair is one of at least two points")
@@ -132,22 +132,22 @@ class ClosestPair:
 
 
 class Plugin:
-    """What a package would export through its entry point."""
+    """The plugin that a package would export through its entry point."""
 
     @kt.hookimpl
     def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        """Name the structure."""
+        """Registers the structure."""
         return [kt.BroadPhaseSpec("closest-pair", ClosestPair, "the closest pair of moving points")]
 
 
 def closest(points: kt.Simulation) -> tuple[int, int]:
-    """Return the closest pair."""
+    """Returns the closest pair."""
     s = points.state
     return int(s.one[s.winner[1]]), int(s.other[s.winner[1]])
 
 
 def main() -> None:
-    """Print each closest pair of eight points; one of them turns on the way."""
+    """Prints each closest pair of eight points; one of them turns on the way."""
     if "closest-pair" not in kt.registry().names("broad phase"):
         kt.registry().add(Plugin())
     rng = np.random.default_rng(2)

@@ -1,9 +1,9 @@
 """A game without graphics: 1,000 discs and boxes in a level of polygons, bullets, coins, debris, and rewind.
 
 ``python docs/examples/game.py`` plays 600 frames under two phases and compares the fingerprints. A hero heads
-for the nearest coin, which goes when it is touched, and shoots: bullets pass through balls, and end at rocks
-and crates, which burst. Sensors of four shapes say who was in them, and how long. Every hundred frames the
-game is rewound by twenty, and played again to the same contacts.
+for the nearest coin, which disappears at a touch, and shoots: bullets pass through balls, and end at rocks
+and crates; crates burst. Sensors of four shapes report the bodies in them, and for how long. Every hundred
+frames the game goes back by twenty frames and plays them again, to the same contacts.
 """
 
 from __future__ import annotations
@@ -57,33 +57,33 @@ def level(bodies: int, seed: int) -> kt.Scene:
 
 
 class Game:
-    """A simulation, and what the game knows beside it; body 0 is the hero."""
+    """A simulation and the further state of the game; body 0 is the hero."""
 
     def __init__(self, scene: kt.Scene, phase: str, seed: int) -> None:
         self.sim, self.seed = kt.Simulation(scene, phase, live=True, room=2 * len(scene)), seed
         self.forms = [scene.shapes[each].kind for each in scene.shape]
-        self.counts: Counter[str] = Counter()  # of all that happened, and of contacts that were seen
-        self.debris: dict[int, int] = {}  # until which frame a piece is there
-        self.within: dict[tuple[int, int], float] = {}  # since when a body is in a sensor
+        self.counts: Counter[str] = Counter()  # of all happenings, and of contacts seen
+        self.debris: dict[int, int] = {}  # the last frame of each piece
+        self.within: dict[tuple[int, int], float] = {}  # the time at which a body entered a sensor
         self.before: deque[Any] = deque(maxlen=20)
 
     def play(self) -> None:
         """Plays the next frame."""
         sim, counts, frame = self.sim, self.counts, self.counts["frames"]
         self.before.append((sim.snapshot(), (counts.copy(), self.debris.copy(), self.within.copy())))
-        rng = random.Random(f"{self.seed} {frame}")  # the same orders when it is played again
+        rng = random.Random(f"{self.seed} {frame}")  # the same orders when the frame is played again
         hero = sim.positions()[0]
         for coin in sim.bodies_near(hero, k=1, kinds="coin") if frame % 5 == 0 else ():
             ahead = sim.positions()[sim.bodies == coin][0] - hero
             sim.set_velocity(0, 8.0 * ahead / math.sqrt((ahead * ahead).sum()))
-        with suppress(Refused):  # somebody is in the way
+        with suppress(Refused):  # a body is in the way
             way = direction(rng)
             sim.insert(hero + 0.4375 * way, 15.0 * way, shape=BULLET, mass=0.125, kind="bullet")
             counts["bullets"] += 1
         counts["frames"] += 1
         while hit := sim.run(until=counts["frames"] * FRAME, stop_at=kt.StopAt(kinds=["bullet"])).event:
             of = dict(zip(hit.kinds, hit.bodies, strict=True))
-            if {*of} & {"rock", "wall", "crate"}:  # at this very tick, and not at the end of the frame
+            if {*of} & {"rock", "wall", "crate"}:  # at this very tick, not at the end of the frame
                 sim.remove(of["bullet"])
                 if "crate" in of:
                     self.burst(of["crate"], rng)
@@ -105,7 +105,7 @@ class Game:
             self.debris.pop(body, None)
 
     def burst(self, crate: int, rng: random.Random) -> None:
-        """A crate becomes eight pieces, as far as there is room for them."""
+        """Replaces a crate by up to eight pieces, as many as have room."""
         place = self.sim.positions()[self.sim.bodies == crate][0]
         self.sim.remove(crate)
         flies = [3.0 * direction(rng) for _ in AROUND]
@@ -122,7 +122,7 @@ class Game:
 
 
 def direction(rng: random.Random) -> Any:
-    """Returns a vector of length 1, by operations that round in one way everywhere."""
+    """Returns a vector of length 1, by operations that round alike on all machines."""
     x, y = rng.uniform(-1, 1), rng.uniform(-1, 1)
     return np.array([x, y]) / math.sqrt(x * x + y * y)
 

@@ -1,8 +1,8 @@
-"""A lesson: two blocks and a wall count the digits of pi, and momentum and energy say why.
+"""A lesson: two blocks and a wall count the digits of pi, and momentum and energy explain it.
 
-A heavy disc comes to a light one that rests before a wall. Masses of 1, 100 and 10,000 to 1 make 3, 31 and
+A heavy disc meets a light one at rest before a wall. Masses of 1, 100 and 10,000 to 1 make 3, 31 and
 314 contacts (Galperin, Regular and Chaotic Dynamics 8, 375, 2003). In the plane of velocities times the roots
-of masses, each contact turns the state by the same angle on a circle of constant energy.
+of the masses, each contact turns the state by the same angle on a circle of constant energy.
 
     $ python docs/examples/pi_lesson.py
 """
@@ -26,7 +26,7 @@ def count(digits: int) -> tuple[int, float]:
 
 
 def foreseen(digits: int) -> int:
-    """Returns how many turns by the angle of a contact fit into half a circle."""
+    """Returns the number of turns by the angle of a contact that fit into half a circle."""
     return math.ceil(math.pi / math.atan(10.0 ** (1 - digits))) - 1
 
 

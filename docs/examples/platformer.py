@@ -1,8 +1,8 @@
 """A platform game: run, jump, land, and rest, with exact landings and no step that could miss a platform.
 
 ``python docs/examples/platformer.py`` plays 600 frames of a script of keys, prints each landing, and ends
-with the fingerprint of all contacts. The player is a box that settles on what it lands on, and passes through
-coins; while it jumps it is of another kind, which passes ledges from below.
+with the fingerprint of all contacts. The player is a box that settles on platforms, and passes through coins;
+while it jumps it has another kind, which passes ledges from below.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def level() -> kt.Scene:
 
 
 def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
-    """Returns the simulation after some frames, and what has happened."""
+    """Returns the simulation after some frames, and its messages."""
     sim, told, standing = kt.Simulation(level(), live=True), list[str](), True
 
     def take(event: kt.Event) -> None:
@@ -51,7 +51,7 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
         told.append(f"{event.time:.6f} a coin")
 
     def rise(event: kt.Event) -> None:
-        sim.set_kind(0, "player")  # it has come through: from above a ledge is solid
+        sim.set_kind(0, "player")  # it has passed the ledge, which is solid from above
         told.append(f"{event.time:.6f} through a ledge")
 
     meets = {"on_contact": dict.fromkeys(THROUGH[:2], take), "on_part": {THROUGH[2]: rise}}
@@ -64,7 +64,7 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
             sim.set_velocity(0, (pace, JUMP if key == "jump" else up))
             sim.set_kind(0, "jumper" if key == "jump" else sim.kinds[0])
         elif up <= 0.0 and sim.kinds[0] == "jumper":
-            with suppress(NoRoom):  # it is in the midst of a ledge, and falls out of it
+            with suppress(NoRoom):  # it is inside a ledge, and falls out of it
                 sim.set_kind(0, "player")
         sim.run(until=(frame + 1) * FRAME, **meets)
         lands, standing = bool(sim.supports()[0]) and not standing, bool(sim.supports()[0])

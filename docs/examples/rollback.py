@@ -1,7 +1,7 @@
-"""Rollback: orders that come late are taken into account by going back, and all ends in the same bits.
+"""Rollback: when late orders arrive, the game goes back and ends with the same bits.
 
 ``python docs/examples/rollback.py --frames 10000`` plays one game under several phases, once with all orders
-in time, once with orders that come up to eight frames late, and compares the fingerprints.
+in time, once with orders up to eight frames late, and compares the fingerprints.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ import kinetile as kt
 from kinetile.errors import Refused
 
 Order = tuple[Any, ...]
-"""What is done with a simulation: the name of a method, and its arguments."""
+"""A call on a simulation: the name of a method, and its arguments."""
 
 FRAME = 1 / 60
 LATEST = 8
-"""Frames that orders may be late."""
+"""The greatest delay of orders, in frames."""
 
 
 class Game:
-    """A simulation, and the orders of all frames so far, as far as they are known."""
+    """A simulation, and the orders of all frames so far that have arrived."""
 
     def __init__(self, scene: kt.Scene, phase: str) -> None:
         self.sim = kt.Simulation(scene, phase, live=True, keep_contacts=False)
@@ -40,12 +40,12 @@ class Game:
         self.before.append(self.sim.snapshot())
         self.orders.append(orders)
         for method, *arguments in orders:
-            with suppress(Refused):  # no room for a newcomer: so it is on every machine
+            with suppress(Refused):  # no room for an inserted body, on any machine
                 getattr(self.sim, method)(*arguments)
         self.sim.run(until=len(self.orders) * FRAME)
 
     def correct(self, frame: int, orders: Sequence[Order]) -> None:
-        """Gives an earlier frame its orders, and plays it and all after it again."""
+        """Gives an earlier frame its orders, and replays it and all later frames."""
         again = [orders, *self.orders[frame + 1 :]]
         self.sim.restore(self.before[-len(again)])
         for _ in again:
@@ -56,7 +56,7 @@ class Game:
 
 
 def draw_orders(scene: kt.Scene, frames: int, seed: int) -> list[list[Order]]:
-    """Returns the orders of each frame: bodies of the start turn and go, others come."""
+    """Returns the orders of each frame: they turn and remove initial bodies, and insert others."""
     rng = random.Random(seed)
     there: list[int] = list(range(len(scene)))
     width, height = scene.arena or (1.0, 1.0)
@@ -75,7 +75,7 @@ def draw_orders(scene: kt.Scene, frames: int, seed: int) -> list[list[Order]]:
 
 
 def play_late(game: Game, drawn: Sequence[Sequence[Order]], seed: int) -> int:
-    """Plays a game whose orders come late; returns how often it went back."""
+    """Plays a game with late orders; returns the number of times it went back."""
     rng = random.Random(seed)
     coming: dict[int, list[int]] = {}
     for frame, orders in enumerate(drawn):

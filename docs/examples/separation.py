@@ -1,9 +1,9 @@
-"""Losses of separation: flights along waypoints, and each two that come nearer to each other than they may.
+"""Losses of separation: flights along waypoints, and each two that come too near to each other.
 
 ``python docs/examples/separation.py FLIGHTS.csv 5`` reads lines ``flight,time,x,y``, the waypoints of each
-flight in the order of time, and prints which two are nearer than 5, from when to when, and how near. Without
-a file 500 flights are drawn. Bodies are discs of half the separation that pass through each other, so that a
-loss of separation is a passing, found at its exact time, and nothing is sampled.
+flight in the order of time, and prints each two that are nearer than 5, from when to when, and how near.
+Without a file it draws 500 random flights. Bodies are discs of half the separation that pass through each
+other. So a loss of separation is a passing with an exact time, and nothing is sampled.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def draw(count: int, seed: int = 1, side: float = 500.0) -> Flights:
 
 
 def scene_of(flights: Flights, separation: float) -> kt.Scene:
-    """Returns the scene of flights: each comes at its first waypoint and goes at its last."""
+    """Returns the scene of flights: each is inserted at its first waypoint and removed at its last."""
     commands: list[Any] = []
     for name, points in flights.items():
         for at, (one, two) in enumerate(pairwise(points)):

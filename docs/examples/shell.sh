@@ -1,4 +1,4 @@
-# A session in a shell: results go through pipes, one row a run into a table, and exit codes decide.
+# A session in a shell: results go through pipes, each run adds a row to a table, and exit codes decide.
 # Run it by: sh docs/examples/shell.sh
 set -e
 cd "$(mktemp -d)"
@@ -7,7 +7,7 @@ cd "$(mktemp -d)"
 kinetile run cradle --until 3 --contacts - | tee contacts.txt | kinetile certify-log cradle - --until 3
 tail -n 2 contacts.txt | cut -c 1-30
 
-# A table of runs: the head once, then a row for each seed.
+# A table of runs: the head once, then one row a seed.
 for seed in 1 2; do
     kinetile run grid -s bodies=9 -s seed=$seed --broad-phase naive --max-contacts 1e2 --csv | tail -n +$seed
 done > rows.csv

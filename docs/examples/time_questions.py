@@ -1,4 +1,4 @@
-"""What a question about a moment costs: run it, with numbers of bodies that are squares, to see a table."""
+"""The cost of questions about a moment: prints a table for given numbers of bodies, which are squares."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TIMES = 101
 
 
 def questions(sim: Any) -> dict[str, Callable[[], Any]]:
-    """Return the questions by name, each about another place or body whenever it is asked."""
+    """Returns the questions by name; each call is about another place or body."""
     rng = np.random.default_rng(1)
     radius, side = float(sim.scene.radius[0]), sim.scene.arena[0]
     tenth = (0.4 * side, 0.4 * side, 0.5 * side, 0.5 * side)
@@ -44,7 +44,7 @@ def questions(sim: Any) -> dict[str, Callable[[], Any]]:
 
 
 def microseconds(question: Callable[[], Any]) -> float:
-    """Return the median of the CPU time that a question takes; the first is not counted."""
+    """Returns the median CPU time of a question; the first call does not count."""
     question()
     took = []
     for _ in range(TIMES):
@@ -55,7 +55,7 @@ def microseconds(question: Callable[[], Any]) -> float:
 
 
 def main(numbers: list[int], make: Callable[[kt.Scene], Any] = kt.Simulation) -> None:
-    """Print a row for each question, with a column for each number of bodies."""
+    """Prints a row for each question, with a column for each number of bodies."""
     columns = []
     for bodies in numbers:
         sim = make(kt.make_scene("grid", bodies=bodies, density=0.5, seed=1))

@@ -1,8 +1,8 @@
-"""A warehouse: robots between shelves, each from crossing to crossing, and a scanner that sees who passes.
+"""A warehouse: robots move between shelves, from crossing to crossing, and scanners see them pass.
 
 ``python docs/examples/warehouse.py`` drives 12 robots for 60 units of time. A robot takes the next crossing
-only if no other has taken it; that this is enough is no assumption: contacts are exact, and there is none
-between robots, nor of a robot and a shelf. Scanners are sensors, and their times are exact as well.
+only if no other robot has taken it. The run proves that this is enough: contacts are exact, and no robot
+meets another or a shelf. Scanners are sensors, and their times are exact as well.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def drive(robots: int = 12, until: float = 60.0, seed: int = 1) -> tuple[kt.Simu
         scans.append((event.time, *event.bodies))
 
     while sim.time < until:
-        for robot, (x, y) in at.items():  # all are at crossings now
+        for robot, (x, y) in at.items():  # all robots are at crossings now
             free = [(x + 2, y), (x - 2, y), (x, y + 2), (x, y - 2)]
             free = [each for each in free if each in CROSSINGS and each not in taken]
             ahead[robot] = rng.choice(free) if free else (x, y)

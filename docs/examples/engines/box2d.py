@@ -2,10 +2,10 @@
 
     python box2d.py [sleepy]
 
-A pair is two bodies that have a contact, which is made as soon as their boxes in the tree meet. Box2D has
-single precision and is made for bodies of about a metre: so a case is scaled, and what is far away is
-refused. With `sleepy` a body that rests from one moment to the next is in the tree no more until it moves, a
-fault that the kit must find.
+A pair is two bodies with a contact; Box2D makes it as soon as their boxes in the tree meet. Box2D has single
+precision and is made for bodies of about a metre: so a case is scaled, and distant bodies are refused. With
+`sleepy` a body that rests from one moment to the next leaves the tree until it moves, a fault that the kit
+must find.
 """
 
 import json
@@ -14,9 +14,7 @@ import sys
 
 import Box2D
 
-FARTHEST = (
-    2.0**18
-)  # here rounding to single precision is less than half of the .1 m by which boxes are larger
+FARTHEST = 2.0**18  # rounding to single precision is below half of the .1 m margin of boxes
 
 
 class World:
@@ -26,7 +24,7 @@ class World:
         self.world, self.bodies, self.scale = Box2D.b2World(gravity=(0, 0), doSleep=False), {}, None
 
     def answer(self, boxes, sleepy):
-        """Bring the bodies up to date, and return the candidate pairs, or what is refused."""
+        """Updates the bodies, and returns the candidate pairs, or a refusal."""
         if self.scale is None and boxes:
             narrowest = min(max(right - left, up - down) for left, down, right, up in boxes.values())
             self.scale = 2.0 ** -math.floor(math.log2(narrowest)) if narrowest > 0 else 1.0
@@ -54,7 +52,7 @@ class World:
 
 
 def answer(line, world, sleepy):
-    """Return the answer to a line."""
+    """Returns the answer to a line."""
     if "moment" not in line:
         return {"refused": "it answers moments only"}
     if line["moment"] == 0:

@@ -19,7 +19,7 @@ class World:
         self.space, self.shapes = pymunk.Space(), {}
 
     def pairs(self, discs, stale):
-        """Bring the discs up to date, and return the candidate pairs."""
+        """Updates the discs, and returns the candidate pairs."""
         for number in self.shapes.keys() - discs.keys():
             shape = self.shapes.pop(number)
             self.space.remove(shape, shape.body)
@@ -40,7 +40,7 @@ class World:
 
 
 def answer(line, world, stale):
-    """Return the answer to a line."""
+    """Returns the answer to a line."""
     if "discs" not in line:
         return {"refused": "it answers moments of discs only"}
     if line["moment"] == 0:

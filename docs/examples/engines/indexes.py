@@ -1,11 +1,11 @@
-"""Spatial indexes that others wrote, for `kinetile conform --ask pairs`.
+"""Spatial indexes of other libraries, for `kinetile conform --ask pairs`.
 
     python indexes.py strtree|rtree|ckdtree
 
-`strtree` is shapely's packed tree of boxes and `rtree` libspatialindex's R-tree, both of which are built
-again at each moment; a pair is two bodies whose boxes meet. `ckdtree` is SciPy's tree of points: a pair is
-two bodies whose places are no farther apart than the two widest reach. A box is wider by a rounding, so that
-two that touch meet in the tree.
+`strtree` is shapely's packed tree of boxes and `rtree` libspatialindex's R-tree; both are rebuilt at each
+moment, and a pair is two bodies whose boxes meet. `ckdtree` is SciPy's tree of points: a pair is two bodies
+whose distances along x and y are at most the width of the widest box. Boxes are wider by a rounding, so
+bodies that touch meet in the tree.
 """
 
 import json
@@ -14,7 +14,7 @@ import sys
 
 
 def strtree(boxes):
-    """Return the pairs whose boxes meet."""
+    """Returns the pairs whose boxes meet."""
     import shapely
 
     shapes = [shapely.box(*box) for box in boxes]
@@ -22,7 +22,7 @@ def strtree(boxes):
 
 
 def rtree(boxes):
-    """Return the pairs whose boxes meet."""
+    """Returns the pairs whose boxes meet."""
     from rtree.index import Index
 
     index = Index((n, box, None) for n, box in enumerate(boxes))
@@ -30,7 +30,7 @@ def rtree(boxes):
 
 
 def ckdtree(boxes):
-    """Return the pairs that are no farther apart, along x and along y, than the two widest reach."""
+    """Returns the pairs whose distances along x and y are at most the width of the widest box."""
     from scipy.spatial import cKDTree
 
     centres = [((left + right) / 2, (down + up) / 2) for left, down, right, up in boxes]
@@ -40,7 +40,7 @@ def ckdtree(boxes):
 
 
 def answer(line, pairs):
-    """Return the answer to a line."""
+    """Returns the answer to a line."""
     if "moment" not in line:
         return {"refused": "it answers moments only"}
     named = {n: (x - r, y - r, x + r, y + r) for n, x, y, r in line.get("discs", ())}

@@ -1,4 +1,4 @@
-"""Two structures of the thesis that kinetile itself does not have, as kinetile finds them."""
+"""The plugin of this package: two structures of the thesis that kinetile itself does not have."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["kinetile_broad_phases"]
 
 @kt.hookimpl
 def kinetile_broad_phases() -> list[kt.BroadPhaseSpec]:
-    """Name the structures that this package brings."""
+    """Registers the structures of this package."""
     line = "points on a line, kept in order: a kinetic data structure without collisions (thesis, section 2)"
     written = "sweep-tiling with the meeting as section 4.3 of the thesis has it, to be seen to break"
     return [

@@ -1,11 +1,11 @@
-"""Sweep-tiling with the meeting as the thesis's text has it, to be seen to break. Not for use.
+"""Sweep-tiling with the meeting as the thesis writes it, to show its fault. Not for use.
 
-Section 4.3 says of a meeting of bounds a and b, the body of a being above: the outer neighbour of b becomes
-what the *upper* neighbour of a was. It has to be the *lower* one: the line of b goes up to the body of a and
-ends there, so what lies beyond it is the tile under that body. With the upper one, two right bounds, a and b,
-claim the tile over the body of a, and of the tile under it the right bound knows nothing.
+Bounds a and b meet, and the body of a is above. By section 4.3 the outer neighbour of b becomes the former
+*upper* neighbour of a. It has to be the *lower* one: the line of b goes up to the body of a and ends there,
+so the tile under that body lies beyond it. With the upper one, two right bounds, a and b, claim the tile over
+the body of a, and the right bound has no link to the tile under it.
 
-Everything but the meeting is kinetile's own sweep-tiling, imported.
+Everything but the meeting is imported from kinetile's own sweep-tiling.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class TilingAsWritten:
     """Sweep-tiling, with a choice of the rule for meetings.
 
     Args:
-        rule: "thesis" for the meeting as it is written there, "right" for kinetile's.
+        rule: "thesis" for the meeting as the thesis writes it, "right" for kinetile's.
     """
 
     def __init__(self, *, rule: str = "thesis") -> None:
@@ -75,6 +75,6 @@ class TilingAsWritten:
         self.rule = rule
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        """Return the parts of sweep-tiling, with another repair where the rule is the thesis's."""
+        """Returns the parts of sweep-tiling, with another repair for the rule of the thesis."""
         parts = SweepTiling().prepare(scene)
         return parts if self.rule == "right" else replace(parts, repair=repair)

@@ -1,11 +1,11 @@
-"""The dynamically sorted list: a kinetic data structure that has nothing to do with collisions.
+"""The dynamically sorted list: a kinetic data structure without collisions.
 
-Points move on a line at constant speeds, and their order from left to right is to be known at any time
-(thesis, section 2, figure 5). The attribute is the order. The proof is one certificate for each two
-neighbours, which is the left one's: it is not right of the next. When it fails, the two change places, and
-the certificates around them are made again.
+Points move on a line at constant speeds; their order from left to right is the attribute that the structure
+maintains (thesis, section 2, figure 5). The proof is one certificate for each two neighbours, kept by the
+left one: it is not right of the next. When it fails, the two change places, and the certificates around them
+are made again.
 
-This is the whole of it, written against the same protocol as every broad phase: ``kinetile.toolbox`` and one
+This module is the whole structure. It uses the protocol of every broad phase: ``kinetile.toolbox`` and one
 class.
 """
 
@@ -35,14 +35,14 @@ __all__ = ["SortedList"]
 
 
 class State(NamedTuple):
-    """The attribute: ``order[i]`` is the i-th point from the left, ``rank[p]`` is where point p stands."""
+    """The attribute: ``order[i]`` is the i-th point from the left, ``rank[p]`` is the place of point p."""
 
     order: Records
     rank: Records
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sort the points once, at the start; of two points at one place, the slower is left a moment later."""
+    """Sorts the points at the start; if two share a place, the slower is left a moment later."""
     s.order[:] = np.lexsort((k.bodies.vx, positions_now(k)[:, 0]))
     s.rank[s.order] = np.arange(len(s.order))
 
@@ -55,7 +55,7 @@ def near(k: Kernel, s: State, point: int) -> int:
 
 @hook
 def assert_order(k: Kernel, s: State, point: int) -> None:
-    """A point's certificate says that it is not right of the next one; say when that fails."""
+    """Schedules the failure of a point's certificate: it is not right of the next one."""
     right = s.rank[point] + 1
     if right == len(s.order):
         schedule(k, point, NEVER)
@@ -69,7 +69,7 @@ def assert_order(k: Kernel, s: State, point: int) -> None:
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Assert the order of all neighbours."""
+    """Asserts the order of all neighbours."""
     for point in range(len(s.order)):
         assert_order(k, s, point)
 
@@ -88,13 +88,13 @@ def repair(k: Kernel, s: State, p: int) -> int:
 
 @hook
 def replan(k: Kernel, s: State, point: int) -> None:
-    """A point changed its speed: only its certificate and that of the point left of it depend on it."""
+    """A point changed its speed: its own certificate and its left neighbour's depend on it."""
     for at in range(max(s.rank[point] - 1, 0), s.rank[point] + 1):
         assert_order(k, s, s.order[at])
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draw the line, a foot of each point on it, with the tick at which it passes the next one, and the two
+    """Draws the line, the foot of each point on it with its tick of passing the next point, and the two
     neighbours that pass first."""
     if not len(s.order):
         return
@@ -114,23 +114,23 @@ class SortedList:
     """Points on a line, kept in order while they move."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        """Return the parts."""
+        """Returns the parts."""
         n = len(scene)
         state = State(order=np.zeros(n, dtype=np.int32), rank=np.zeros(n, dtype=np.int32))
         return BroadPhaseParts(near, state, build, repair, replan, arrange, draw=draw)
 
 
 class Plugin:
-    """What a package would export through its entry point."""
+    """The plugin that a package would export through its entry point."""
 
     @kt.hookimpl
     def kinetile_broad_phases(self) -> list[kt.BroadPhaseSpec]:
-        """Name the structure."""
+        """Registers the structure."""
         return [kt.BroadPhaseSpec("sorted-list", SortedList, "points on a line, kept in order")]
 
 
 def main() -> None:
-    """Follow six points for a while; one of them turns on the way."""
+    """Follows six points for a while; one of them turns on the way."""
     if "sorted-list" not in kt.registry().names("broad phase"):
         kt.registry().add(Plugin())
     x = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
