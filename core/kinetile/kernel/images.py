@@ -156,7 +156,7 @@ def image_of(k: Kernel, early: int, late: int, elder: int, plans: Plans) -> tupl
 
 @hook
 def have_just_met(k: Kernel, early: int, late: int, plans: Plans) -> bool:
-    """Whether two bodies have just met, through the image of their plans (rules 7 and 7p)."""
+    """Returns True if two bodies have just met, through the image of their plans (rules 7 and 7p)."""
     met = k.bodies[early].last == late and k.bodies[late].last == early
     if met and len(k.images) > 0:
         m, n = image_of(k, early, late, elder(k, early, late), plans)
@@ -224,8 +224,8 @@ def rows_within(
 
 @hook
 def is_left_out(k: Kernel, a: int, early: int, late: int, plans: Plans, passing: bool) -> bool:
-    """Whether two bodies do not meet through the image of plans: they pass through each other there, or have
-    just met there. For accelerated ones the certificate decides the latter."""
+    """Returns True if two bodies do not meet through the image of plans: they pass through each other there,
+    or have just met there. For accelerated ones the certificate decides the latter."""
     if passing:
         b = early + late - a
         m, n = image_of(k, early, late, a, plans)

@@ -617,7 +617,7 @@ def blame(k: Kernel, fault: int, a: int, b: int) -> None:
 
 @hook
 def is_there(k: Kernel, body: int) -> bool:
-    """Whether there is a body in a slot."""
+    """Returns True if there is a body in a slot."""
     return bool(k.queue[body].number >= 0)
 
 

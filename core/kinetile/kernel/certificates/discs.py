@@ -257,7 +257,7 @@ def about(x: Separation, y: Separation, reach: float) -> float:
 
 @hook
 def have_room(x: Separation, y: Separation, reach: float) -> bool:
-    """Whether the bounds of a step hold: no number is too large, or too small."""
+    """Returns True if the bounds of a step hold: no number is too large, or too small."""
     speed = abs(x.u) + abs(y.u)
     return bool(speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE)
 
@@ -632,19 +632,19 @@ def closely(plans: Plans, radius: float, radius2: float, sense: int, met: int, a
 
 @hook
 def have_one_velocity(plans: Plans) -> bool:
-    """Whether two bodies without accelerations do not move as seen from each other."""
+    """Returns True if two bodies without accelerations do not move as seen from each other."""
     return plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2
 
 
 @hook
 def have_one_acceleration(plans: Plans) -> bool:
-    """Whether two bodies are accelerated alike, or not at all."""
+    """Returns True if two bodies are accelerated alike, or not at all."""
     return plans.x.a == plans.x.a2 and plans.y.a == plans.y.a2
 
 
 @hook
 def is_accelerated(plans: Plans) -> bool:
-    """Whether one of two bodies is accelerated."""
+    """Returns True if one of two bodies is accelerated."""
     x = plans.x
     y = plans.y
     return x.a != 0.0 or x.a2 != 0.0 or y.a != 0.0 or y.a2 != 0.0

@@ -267,7 +267,7 @@ def touch_exactly(plans: Plans, radius: float, radius2: float, sense: int, windo
 
 @subroutine
 def rises_or_presses(plans: Plans, radius: float, radius2: float, since: int) -> bool:
-    """Whether Q rises in a tick, or presses: F1 > 0, or F2 < 0."""
+    """Returns True if Q rises in a tick, or presses: F1 > 0, or F2 < 0."""
     m = zeros(MEMORY)
     first, end = read_plans(m, plans, radius, radius2, 1)
     if end == 0:

@@ -63,7 +63,7 @@ def _are(body: Records) -> bool:
 @with_accelerations(_are)
 @hook
 def are_accelerated(body: Records) -> bool:
-    """Whether bodies of this scene may be accelerated."""
+    """Returns True if bodies of this scene may be accelerated."""
     return False
 
 

@@ -178,7 +178,7 @@ def gap_to_face(
 
 @hook
 def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
-    """Whether a place does not move across a line at all."""
+    """Returns True if a place does not move across a line at all."""
     return (nx == 0.0 or (x.u == 0.0 and x.w == 0.0)) and (ny == 0.0 or (y.u == 0.0 and y.w == 0.0))
 
 
@@ -230,7 +230,7 @@ def is_deep(f: Numbers, row: int, x: Separation, y: Separation, t: float, around
 def is_beside(
     f: Numbers, row: int, corner: int, x: Separation, y: Separation, t: float, around: float
 ) -> bool:
-    """Whether a place surely is beyond the faces on both sides of a corner at a time."""
+    """Returns True if a place surely is beyond the faces on both sides of a corner at a time."""
     first = row + FIRST_CORNER
     before = corner - WIDE if corner > first else first + (int(f[row + CORNERS]) - 1) * WIDE
     here, _ = along_face(f, row, corner, x, y, t)
@@ -564,7 +564,7 @@ def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -
 
 @subroutine
 def is_inside(f: Numbers, w: Approach, count: int) -> bool:
-    """Whether a place is within the lines of all faces, moved out by R, after a number of ticks."""
+    """Returns True if a place is within the lines of all faces, moved out by R, after a number of ticks."""
     for face in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
         if sign_of(f, w, face, GAP, ITSELF, count) >= 0:
             return False
@@ -779,7 +779,7 @@ def first_nearer(f: Numbers, w: Approach, start: int) -> int:
 
 @subroutine
 def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
-    """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
+    """Returns True if a place is over a face, its ends included, on the outer side of its line or on it."""
     if sign_of(f, w, face, LINE, ITSELF, count) < 0 or sign_of(f, w, face, ALONG, ITSELF, count) < 0:
         return False
     return sign_of(f, w, face, BEYOND, ITSELF, count) <= 0

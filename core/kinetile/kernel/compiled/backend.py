@@ -105,7 +105,7 @@ MEMBERS: dict[Any, str] = {
 
 
 def _mentions(part: Any, name: str) -> bool:
-    """Whether a class has a member, or its methods set or read an attribute of this name."""
+    """Returns True if a class has a member, or its methods set or read an attribute of this name."""
     members = (each for base in getattr(part, "__mro__", ()) for each in vars(base).values())
     functions = (getattr(each, "__func__", each) for each in members)  # those of the class as well
     codes = (each.__code__ for each in functions if isinstance(each, FunctionType))

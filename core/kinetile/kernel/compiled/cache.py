@@ -272,7 +272,7 @@ def _touch(path: str) -> None:
 
 
 def is_whole(path: str | os.PathLike[str]) -> bool:
-    """Whether a file of the cache ends with its checksum; OSError for what is no regular file."""
+    """Returns True if a file of the cache ends with its checksum; OSError for what is no regular file."""
     return _read(path)[0] is not None
 
 

@@ -240,7 +240,7 @@ class _Composed:
         logging.getLogger("kinetile").warning("kinetile: %s; it runs as Python", why)
 
     def is_worth(self, taken: Iterable[Any]) -> bool:
-        """Whether machine code is there, or has become worth its compilation."""
+        """Returns True if machine code is there, or has become worth its compilation."""
         if self.stays or self._entries or _default is not None:
             return not self.stays and _default is not False
         waits = self.spent < WORTH or (self.meanwhile is not None and self.meanwhile.runs)
@@ -359,7 +359,7 @@ _MOST_KNOWN = 10_000
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:
-    """Whether a function's machine code lies whole in the disk cache; None if nothing is compiled."""
+    """Returns True if a function's machine code lies whole in the disk cache; None if nothing is compiled."""
     if NOTHING_IS_COMPILED:
         return None
     made = cast(_Composed, function).made

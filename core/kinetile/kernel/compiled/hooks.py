@@ -220,7 +220,7 @@ NOTHING = {each.__code__.co_argcount: unchecked(hook(each)) for each in _EMPTY}
 
 
 def is_checked(value: Any) -> bool:
-    """Whether a value is a hook that is not marked with ``unchecked``."""
+    """Returns True if a value is a hook that is not marked with ``unchecked``."""
     return is_hook(value) and not getattr(value, "is_unchecked", False)
 
 
@@ -248,7 +248,7 @@ def python_of(part: Any) -> Any:
 
 
 def is_hook(value: Any) -> bool:
-    """Whether a value is a function marked with ``hook``."""
+    """Returns True if a value is a function marked with ``hook``."""
     return hasattr(value, "py_func")
 
 

@@ -35,5 +35,5 @@ def _limit(name: str, limit: int | None) -> None:
 
 
 def out_of_time(code: int | None) -> bool:
-    """Whether a process with this exit code was ended by ``end_after``."""
+    """Returns True if a process with this exit code was ended by ``end_after``."""
     return code == -getattr(signal, "SIGXCPU", 0)

@@ -182,7 +182,7 @@ def bits(value: Truths) -> int:
 
 
 def some(value: Truths) -> bool:
-    """Whether it is true in any lane."""
+    """Returns True if it is true in any lane."""
     return bool(value.any())
 
 
