@@ -37,7 +37,7 @@ class Skin(NamedTuple):
     tolerance: float
 
     def fat(self, length: float) -> float:
-        """Returns the length by which a lower bound fattens two bodies whose places on the common clock are
+        """Returns the length that a lower bound fattens two bodies by, whose places on the common clock are
         less than ``length`` from the origin: more than rounding can move them (docs/one-answer.md)."""
         return 64.0 * (ULP * length + self.eta)
 
