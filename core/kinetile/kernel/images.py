@@ -20,15 +20,14 @@ Two bodies that have met through an image are barred from that image, not from e
 Why the search and the bounds are right
 =======================================
 
-*The search* (``first_image`` in ``kernel/images.py``). It visits the columns of images in the order in which
-they come within reach along x, and in each column the rows that are within reach while the body passes it.
-Both ranges are computed in doubles and are wider than the reach by fat: places, a whole number of periods and
-the distance flown in 8 units are wrong by less than 32 u X, and fat is more than 1,000 u X (u = 2^-53; X
-bounds places, docs/one-answer.md). So an image that is left out is met later than the best one found, by more
-than a tick, or from s + 2^55 on, s the later anchor, when both plans have ended. The contact with an image
-and its tick are decided exactly, and ties by whole numbers. A disc of ``cast`` may fly further than X: for it
-2^-40 of its flight in 8 units is added to fat, which is 8,192 u of that flight, but no more than a period.
-The same holds for questions, which look further ahead.
+*The search* (``first_image`` in ``kernel/images.py``) visits columns of images as they come within reach in
+x, and in each column the rows that are within reach while the body passes it. Both ranges are computed in
+doubles and are wider than the reach by fat: places, a whole number of periods and the distance flown in 8
+units are wrong by less than 32 u X, and fat is more than 1,000 u X (u = 2^-53; X bounds places,
+docs/one-answer.md). So an image that is left out is met later than the best one found, by more than a tick,
+or from s + 2^55 on, s the later anchor, when both plans have ended. Contacts with an image and their ticks
+are decided exactly, and ties by whole numbers. A disc of ``cast`` may fly further than X: for it 2^-40 of its
+flight in 8 units, 8,192 u of that, is added to fat, but no more than a period; so it is for questions.
 
 *The bound* of ``soonest`` is the bound of the nearest image, or, if that is sooner, the time to fly W/2 less
 the fattened reach along x, or H/2 less it along y, for periods W and H. Any other image differs from the
@@ -70,7 +69,7 @@ BEAT = 1 << 53
 """Ticks between two beats."""
 
 FORESEEN = 1 << 55
-"""Ticks after the later anchor from which on a run predicts no contact: both plans are anchored before."""
+"""Ticks after the later anchor that limit a run's predictions: both plans are anchored before."""
 
 HALVES = 1.5 * 2.0**52
 
@@ -241,7 +240,7 @@ def first_image(k: Kernel, a: int, b: int) -> int:
     left out, or ``NEVER``; writes the image to the clock. At equal ticks the least m counts, then the least
     n. Two that may pass do not meet in the past: that passing has begun and ended.
 
-    Columns are in the order in which they come within reach: all behind the last are later than ``best``."""
+    Columns are ordered by their first time within reach: all behind the last are later than ``best``."""
     clock = k.clock[0]
     torus = clock.torus
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
@@ -312,7 +311,7 @@ def await_through(k: Kernel, body: int) -> None:
 @hook
 def come_together(k: Kernel, a: int, b: int, h: int) -> None:
     """Writes to the clock the addition to b - a at the contact that the entry of h awaits. Both are anchored.
-    The image is barred for them from now on."""
+    From now on the image is barred for them."""
     torus = k.clock[0].torus
     image = k.images[h]
     one = k.images[a]
@@ -327,8 +326,8 @@ def come_together(k: Kernel, a: int, b: int, h: int) -> None:
 
 @hook
 def next_to_anchor(k: Kernel) -> int:
-    """Returns the next body whose plan is a beat old at this beat; without one NOBODY, and sets the next
-    beat."""
+    """Returns the next body whose plan is a beat old at this beat; NOBODY, after setting the next beat, if
+    none is left."""
     torus = k.clock[0].torus
     while torus.number < len(k.slots):
         body = k.slots[torus.number]

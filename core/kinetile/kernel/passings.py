@@ -50,7 +50,7 @@ def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
 
 @hook
 def counts_from(k: Kernel, a: int, b: int, since: int) -> int:
-    """Returns the number of ticks after a tick from which on contacts of two bodies count: for two that pass
+    """Returns the number of ticks after a tick until the contacts of two bodies count: for two that pass
     through each other, from now on (rule 11); for others, always."""
     past = k.clock[0].now - since
     return int(past if past > 0 and len(k.rules) > 0 and passes(k, a, b) else 0)

@@ -25,7 +25,7 @@ class Plan(NamedTuple):
 
     @staticmethod
     def of(rows: Any) -> "Plan | AcceleratedPlan":
-        """Returns the plans in rows with these fields, or with those of an ``AcceleratedPlan``."""
+        """Returns the plans in rows with these fields, or with the fields of an ``AcceleratedPlan``."""
         kind = AcceleratedPlan if "ax" in rows.dtype.names else Plan
         return kind(*(rows[name] for name in kind._fields))
 

@@ -51,7 +51,7 @@ LONG_AGO = -(1 << 62)
 """The earliest tick that the tables keep as the clock's base moves; and the past tick of no event."""
 
 CHORD, STRUCTURAL, GUESS, COMMANDED, WALL, PAIR, PARTING = -2, *range(6)
-"""The kind of an entry of the queue, in the order in which events of one tick run."""
+"""Kinds of entries of the queue, ordered as events of one tick run."""
 
 BEAT_DUE, PASSING_BEGINS = -1, 6
 """Kinds of the next event that no entry has: a beat, which anchors old plans again (``kernel.images``), after
@@ -79,7 +79,7 @@ class Role(Enum):
     CARRIED = auto()  # taken over and saved; equal under all phases
     COST = auto()  # taken over and saved; depends on the structure
     KEPT = auto()  # taken over, and not saved
-    DERIVED = auto()  # follows from the scene, the phases and what is carried
+    DERIVED = auto()  # follows from the scene, the phases and the carried fields
 
 
 TICK, PAST, DUE, SLOT, PARTNER, NUMBER, KIND, SHAPE, COUNT, VALUE = Quantity
@@ -103,8 +103,8 @@ _DECLARED: dict[np.dtype[Any], tuple[Field, ...]] = {}
 
 def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
     """Returns the type of records with these fields: names, a form, a quantity and a role, or the name of a
-    record within it and its type. These declarations decide what is saved and compared, how ticks move, and
-    which values a file may have. Raises TypeError for a field without them."""
+    record within it and its type. These declarations decide which fields are saved and compared, how ticks
+    move, and which values a file may have. Raises TypeError for a field without them."""
     named = [(name, *row[1:]) for row in rows for name in row[0].split()]
     dtype, fields = np.dtype([row[:2] for row in named], align=align), list[Field]()
     for name, form, *text in named:
@@ -126,9 +126,9 @@ def declared(dtype: np.dtype[Any], *which: Quantity | Role) -> tuple[Field, ...]
 
 BODY = record(
     (FIELDS, "f8", VALUE, CARRIED),
-    ("anchor", "i8", TICK, CARRIED),  # the tick at which x and y hold
-    ("reach", "f8", VALUE, DERIVED),  # radius + skin: what broad phases use
-    ("radius", "f8", VALUE, CARRIED),  # what contact times use
+    ("anchor", "i8", TICK, CARRIED),  # the tick of x and y
+    ("reach", "f8", VALUE, DERIVED),  # radius + skin, for broad phases
+    ("radius", "f8", VALUE, CARRIED),  # for contact times
     ("last", "i4", SLOT, CARRIED),  # the partner of the contact that made this plan, or NOBODY
     ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
 )
@@ -147,7 +147,7 @@ SHAPED = record(
     *declared(SIDES),
     ("form", "i8", SHAPE, CARRIED),  # its shape: the place in the table of shapes
 )
-"""A body, unless all are discs. Its ``radius`` is that of the circle that holds it."""
+"""A body, unless all are discs. Its ``radius`` is that of the circle around it."""
 
 PULLS = (
     ("ax ay", "f8", VALUE, CARRIED),
@@ -183,7 +183,7 @@ ENTRY = record(
     ("guard", "i8", DUE, DERIVED),  # every other contact of the body is not before this
     ("partner", "i4", SLOT, DERIVED),  # the body that it meets at tick
     ("seen", "i4", COUNT, DERIVED),  # the partner's stamp when this was computed
-    ("kind", "i4", VALUE, DERIVED),  # what the key is, from CHORD to PARTING
+    ("kind", "i4", VALUE, DERIVED),  # the kind of the key, from CHORD to PARTING
     ("exact", "i4", VALUE, DERIVED),  # whether tick is exact
     ("number", "i4", NUMBER, CARRIED),  # of the body in this slot, or NOBODY: the slot is empty
     ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
@@ -207,7 +207,7 @@ TRAIT = record(
 RULE = record(
     ("response", "i8", VALUE, DERIVED),  # ELASTIC, PASS, or the number of a composed hook
     ("first second third fourth", "f8", VALUE, DERIVED),  # the response's own numbers
-    ("contact_time", "f8", VALUE, DERIVED),  # how long pressed bodies stay apart; 0: the default
+    ("contact_time", "f8", VALUE, DERIVED),  # the time between contacts of pressed bodies; 0: the default
     align=False,
 )
 PASSING = record(
@@ -248,7 +248,7 @@ LIMITS = record(
     ("tolerance", "f8", VALUE, DERIVED),  # an overlap deeper than this is a missed contact
     ("span", "i8", VALUE, DERIVED),  # how far from the clock's origin the rows of places are used
     ("fat", "f8", VALUE, DERIVED),  # the length that a lower bound fattens two bodies by
-    ("least widest", "f8", VALUE, DERIVED),  # the range of radii for which the broad phase was prepared
+    ("least widest", "f8", VALUE, DERIVED),  # the range of radii of the prepared broad phase
     ("speed2", "f8", VALUE, DERIVED),  # the square of the largest allowed speed
     ("faster", "i8", VALUE, DERIVED),  # whether a response has made one faster
 )
@@ -258,7 +258,7 @@ LISTS = record(
     ("freed", "i8", SLOT, DERIVED),  # head of the list of bodies that a support has let go, or NOBODY
     ("pairs", "i8", COUNT, DERIVED),  # of the pair set
     ("free_pair", "i8", VALUE, DERIVED),  # head of the free list of its records
-    ("wanted", "i8", COUNT, DERIVED),  # pairs for which there was no room: grow the tables and build again
+    ("wanted", "i8", COUNT, DERIVED),  # pairs without room: grow the tables and build again
     ("passings", "i8", COUNT, DERIVED),  # pairs that are passing through each other
     ("free_passing", "i8", VALUE, DERIVED),  # head of the free list of their records
     ("logged", "i8", COUNT, KEPT),
@@ -272,9 +272,9 @@ TORUS = record(
     ("per_x per_y", "f8", VALUE, DERIVED),  # and its inverse, or 0
     ("half_x half_y", "f8", VALUE, DERIVED),  # half of it, or infinite
     ("m n", "i8", VALUE, DERIVED),  # the image of the contact that was computed last
-    ("foreseen", "i8", VALUE, DERIVED),  # ticks after the later anchor from which on no contact is predicted
-    ("right up", "f8", VALUE, DERIVED),  # what the image of the present contact adds to the separation
-    ("beat", "i8", TICK, CARRIED),  # the tick at which old plans are anchored next
+    ("foreseen", "i8", VALUE, DERIVED),  # ticks after the later anchor that limit predictions
+    ("right up", "f8", VALUE, DERIVED),  # the image's addition to the separation at this contact
+    ("beat", "i8", TICK, CARRIED),  # the next tick for anchoring old plans
     ("number", "i8", COUNT, CARRIED),  # of the next body to test, at that tick
 )
 CALENDAR = record(
@@ -373,7 +373,7 @@ PAGE = 1 << 21
 """Bytes of a large page."""
 
 ON_LARGE_PAGES = 1 << 17
-"""Bytes from which on a table is on large pages: smaller scenes gain nothing."""
+"""The least bytes of a table on large pages: smaller scenes gain nothing."""
 
 FOUND = 16
 """Bodies that the look-ahead remembers."""
@@ -461,7 +461,7 @@ _EMPTY: dict[str, Any] = {"forms": FORM, "pairs": HELD_PAIR, "images": IMAGE, "t
 _EMPTY |= {"passings": PASSING, "commands": COMMAND, "watched": OFFER, "log": ROW, "numbers": np.float64}
 _EMPTY |= {"lookup": np.int32, "firsts": np.int32, "passers": np.int32}
 _EMPTY |= {"watch": np.uint8, "watched_kinds": np.uint8}
-"""The tables that have no rows at first, and what is in them."""
+"""The names of the tables without rows at first, and their types."""
 
 
 def allocate(

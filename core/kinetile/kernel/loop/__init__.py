@@ -1,5 +1,5 @@
 """The main loop: ``loop`` itself, its queue (``calendar``), the contacts of a body (``predictions``), and the
-events (``events``, ``responses``, ``commands``). This module has the reasons for which the loop returns."""
+events (``events``, ``responses``, ``commands``). This module has the loop's reasons to return."""
 
 NO_REASON = -1
 TIME_REACHED, CONTACTS_REACHED, BUDGET_SPENT, LOG_FULL, NO_ROOM, FAULT = range(6)

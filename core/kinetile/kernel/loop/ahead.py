@@ -18,10 +18,10 @@ from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
 
 LARGE_SCENE = 1 << 13
-"""The number of bodies from which on it pays (docs/which-broad-phase.md)."""
+"""The least number of bodies that it pays for (docs/which-broad-phase.md)."""
 
 LEAD, AFAR = 48, 128
-"""Slices by which the scout is before the head at least, and at most."""
+"""The scout's least and largest lead over the head, in slices."""
 
 SIGHT = 16
 """Slices ahead of the scout whose ring is prefetched: else the scout would wait for it."""

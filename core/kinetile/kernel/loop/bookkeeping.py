@@ -143,7 +143,7 @@ def is_watched(k: Kernel, a: int, b: int) -> bool:
 
 @hook
 def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Writes the contact at which the loop stops: by numbers, the younger first at the end of a passing."""
+    """Writes the contact that stops the loop: by numbers, the younger first at the end of a passing."""
     stops = k.clock[0].stops
     stops.due = 1
     stops.row = k.clock[0].lists.logged - 1
@@ -153,7 +153,7 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 SQUEEZED_BY, SQUEEZED_TO, PRESSED_TO = 1000.0, 0.03, 1e-8
-"""The least ratio of a squeezed body's speed to that of its pushers; its longest flight between two contacts,
+"""The least ratio of a squeezed body's speed to its pushers' speed; its longest flight between two contacts,
 over its radius; and the same for the fastest body, where the pressed one is slow, as by losses."""
 
 

@@ -1,8 +1,8 @@
 """Several narrow phases for pairs in one loop: the shapes of two bodies select the phase.
 
-``k.numbers`` then begins with the number of shapes S, and a table (S, S) with the number of the phase for
-each two shapes, from 0. Then it has the index at which the numbers of each phase begin. A phase finds its own
-numbers from index 0, as if it were alone (``numbers_from``).
+``k.numbers`` then begins with the number of shapes S, a table (S, S) with the phase for each two shapes, from
+0, and the first index of each phase's numbers. A phase finds its own numbers from index 0, as if it were
+alone (``numbers_from``).
 """
 
 from functools import cache

@@ -235,8 +235,8 @@ def head(k: Kernel) -> int:
 
 @hook
 def runner_up(k: Kernel, first: int, partner: int) -> int:
-    """Returns a tick before which nothing happens, except to the head and its partner: the tick of the next
-    entry in the slice, or the end of the slice."""
+    """Returns a lower bound of the next event's tick, except for the head and its partner: the tick of the
+    next entry in the slice, or the end of the slice."""
     end = (k.clock[0].calendar.slice + 1) << k.clock[0].calendar.shift
     second = k.links[first].next
     if second == partner:
@@ -264,8 +264,8 @@ def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
 
 
 SOON = 1 << 17
-"""Ticks after its key up to which a body with NOT_ASKED is away from walls. A bound is rarely that early, so
-walls are tested once, when a guess is filed, and not again when its contact is computed exactly."""
+"""Ticks after its key while a body with NOT_ASKED is away from walls. A bound is rarely that early, so walls
+are tested once, when a guess is filed, and not again when its contact is computed exactly."""
 
 
 @template

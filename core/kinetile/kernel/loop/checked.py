@@ -77,7 +77,7 @@ def _bounding(function: Hook) -> Hook:
 
 
 ROUNDED = 2.0**-50
-"""The part of all speeds, before and after a contact, with which two bodies may close in by rounding. A
+"""The part of all speeds, before and after a contact, that may remain as closing speed by rounding. A
 response without a rebound leaves up to half of this, of either sign: with an exact sign every second contact
 would be a fault. At this speed two bodies reach no deeper into each other than ``limits.tolerance`` in twenty
 units of the clock, while the fastest cross the scene in one."""

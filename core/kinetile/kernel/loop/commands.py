@@ -1,4 +1,4 @@
-"""Commands: changes from outside, each at its own tick, in the order in which they were given.
+"""Commands: changes from outside, each at its own tick, in the order of the calls.
 
 A command turns, accelerates, moves, inserts or removes a body, or gives it another kind. The clock also
 anchors old plans again, which moves no body. Commands run after the structural events of their tick and

@@ -46,7 +46,7 @@ LASTING = 2.0**38
 has no time of its own: 2^-14 units (rule 11h)."""
 
 ROUNDED = 2.0**-44
-"""The part of two bodies' velocities up to which closing in may be rounding (rule 11h)."""
+"""The part of two bodies' velocities that rounding may leave as closing speed (rule 11h)."""
 
 MOST_RESPONSES = 4
 """The most hooks of responses in a loop."""
