@@ -162,9 +162,8 @@ class _LinkedCode(_Code):
     """Whether the function takes NumPy's arrays."""
 
     def _optimize_functions(self, module: Any) -> None:
-        """Splits arrays into their parts: code on disk, linked into each caller, has a fifth of the
-        instructions. Other hooks are left as they are: the loop would become different code, hardly
-        sooner."""
+        """Splits arrays into parts: code on disk, linked into each caller, has a fifth of the instructions.
+        Other hooks are left as they are: the loop would become different code, hardly sooner."""
         super()._optimize_functions(module)
         if self.has_arrays and hasattr(self._codegen, "_pass_builder"):  # the latter not before Numba 0.62
             how = cast(Any, self._codegen)._pass_builder()
