@@ -140,7 +140,7 @@ on its way: with 8 u, 24 u M. **2^-48** = 32 u covers it. A difference of two ha
 one four times. The derivatives at lo, times powers of h, consist of the same terms.
 
 *Rises*, for two that have met: Q is larger at the end of an interval than at its beginning, by more than the
-errors. So Q rises in the interval; and if Q is above 0 in it, or is convex, no contact follows the rise in it.
+errors. So Q rises in the interval; and if Q is above 0 in it, or is convex, no contact follows in it then.
 
 *Pressing*, for two that have met: with q the length of a tick, F1(s) / q is Q' + Q'' q / 2, both at s, except
 for Q''' q^2 / 6 and later terms, and (F1(s + 1) - F1(s)) / q^2 is Q'' except for Q''' q and later terms. With
