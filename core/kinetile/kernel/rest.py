@@ -3,7 +3,7 @@
 A plan has the *present* acceleration in ``ax`` and ``ay``, which all evaluations use, and the *whole* one
 beside it; they differ while the body is held. Each event of a body that is no pass frees it first
 (``let_go``), and a response may have it settle again (``rest``). The loop has decided before whether it can
-(``responses.consider``), because only the narrow phase computes the tick at which a body leaves its support.
+(``responses.consider``), because only the narrow phase computes when a body leaves its support.
 """
 
 import math

@@ -147,7 +147,7 @@ SHAPED = record(
     *declared(SIDES),
     ("form", "i8", SHAPE, CARRIED),  # its shape: the place in the table of shapes
 )
-"""A body, unless all are discs. Its ``radius`` is that of the circle around it."""
+"""A body, unless all are discs. Its ``radius`` is the radius of the circle around it."""
 
 PULLS = (
     ("ax ay", "f8", VALUE, CARRIED),

@@ -1,4 +1,4 @@
-"""Certificates: the statements of a proof, and the ticks at which they fail.
+"""Certificates: the statements of a proof, and the ticks of their failures.
 
 ``structural``: a broad phase's certificates, linear gaps between bounds; their times are rounded, and the
 skin has room for that. ``discs``, ``shapes`` and ``walls``: the failure of "these two are apart", and of

@@ -2,7 +2,7 @@
 
 A whole number is a row of digits in base 2^26: the digit in cell i counts 2^(26 (i - z)), z being the row's
 zero: cell ``ZERO`` for lengths and for speeds times a tick, cell 0 for counts of ticks; in a product zeros
-add up. All rows are in one array, ``m``, each identified by the cell at which it begins.
+add up. All rows are in one array, ``m``, each identified by its first cell.
 
 *Digits.* After ``carry`` a digit is from -2^25 to 2^25 - 1. All below a digit is at most 2^25 (1 + 2^26 + ...
 ) < 1 unit of it, so the highest that is not zero has the number's sign. A cell gets one product for each pair

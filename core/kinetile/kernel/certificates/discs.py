@@ -1,4 +1,4 @@
-"""The exact ticks at which two discs touch, and at which two that pass through each other part.
+"""The exact ticks of contact of two discs, and of parting, for two that pass through each other.
 
 Ticks n >= 0 are counted from the later anchor, q is the length of a tick, and Q(n) is |d|^2 - R^2 at tick n,
 with d the separation (from an image, if one is given) and R the sum of the radii. Contact
@@ -273,7 +273,7 @@ def one_step(
     loose: float,
     per_time: float,
 ) -> tuple[int, float]:
-    """Returns the tick at which two discs touch, or part if ``sense`` is -1, by one Newton step from a time
+    """Returns the tick of two discs' contact, or parting if ``sense`` is -1, by one Newton step from a time
     t, which is ``ticks``, or ``OPEN``; and the step in ticks. ``loose`` is added to the slope's error."""
     q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
     slope *= sense
@@ -288,7 +288,7 @@ def one_step(
 
 @hook
 def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> int:
-    """Returns the tick at which two discs touch, by a separation and a relative velocity, or ``OPEN``."""
+    """Returns the tick of two discs' contact, by a separation and a relative velocity, or ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     if have_room(x, y, reach):
         bend, bend_error = along(x, x.u, y, y.u)
@@ -312,7 +312,7 @@ def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_ti
 def filtered_parting(
     x: Separation, y: Separation, radius: float, radius2: float, per_time: float
 ) -> tuple[int, float]:
-    """Returns the tick at which two discs part, by a separation and a relative velocity, or ``OPEN``; and an
+    """Returns the tick of two discs' parting, by a separation and a relative velocity, or ``OPEN``; and an
     estimate of the time, right to a tick unless it is ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     speed2 = x.u * x.u + y.u * y.u
@@ -367,8 +367,8 @@ def sign_at(x: Motion, y: Motion, plans: Plans, radius: float, radius2: float, c
 
 @subroutine
 def at_whole_tick(plans: Plans, radius: float, radius2: float, sense: int, guess: int) -> int:
-    """Returns the tick at which rule 5 holds for Q, or for -Q if ``sense`` is -1, if it is near a guess, or
-    ``OPEN``: n is the tick if ``sense`` Q(n) >= 0 > ``sense`` Q(n + 1), Q being convex."""
+    """Returns the tick of rule 5 for Q, or for -Q if ``sense`` is -1, if it is near a guess, or ``OPEN``: n
+    is the tick if ``sense`` Q(n) >= 0 > ``sense`` Q(n + 1), Q being convex."""
     x, y = motions(plans)
     sizes = radius + radius2 + (x.size + y.size)
     if not (radius + radius2 > SMALL and sizes < LARGE and x.speed + y.speed < LARGE):
@@ -532,8 +532,8 @@ def tick_in_fall(
     low: float,
     high: float,
 ) -> int:
-    """Returns the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks to below 0; by signs
-    at whole ticks: Q >= 0 at ``before``, or the caller needs no earlier tick, and Q < 0 at ``after``."""
+    """Returns the tick of rule 5, Q falling from ``low`` to ``high`` ticks to below 0; by signs at whole
+    ticks: Q >= 0 at ``before``, or the caller needs no earlier tick, and Q < 0 at ``after``."""
     x, y = motions(plans)
     reach, reach_low = plus(radius, radius2)
     after = int(high)
@@ -720,8 +720,8 @@ def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
 def accelerated_touch_about(
     plans: Plans, radius: float, radius2: float, met: int, guess: int, since: int
 ) -> int:
-    """Returns the same as ``touch``: at once for two with equal accelerations that have just met, and if
-    there is a guess, with which they do not touch before ``since``, by one step."""
+    """Returns the same as ``touch``: at once for two with equal accelerations that have just met, and with a
+    guess, if they do not touch before ``since`` by it, by one step."""
     x, y = motions(plans)
     if x.b == 0.0 and y.b == 0.0:
         if met > 0:

@@ -98,8 +98,8 @@ def sign_at(m: Cells, first: int, end: int, level: int, count: int) -> int:
 
 @subroutine
 def change_of(m: Cells, first: int, end: int, level: int, low: int, high: int, guess: int) -> int:
-    """Returns the first count after ``low`` at which the sign of a monotone sequence, negative or not, is its
-    sign at ``high``; at ``low`` it differs. A guess that is not between them is ignored."""
+    """Returns the first count after ``low`` with the sign, negative or not, that a monotone sequence has at
+    ``high``; at ``low`` it has the other. A guess that is not between them is ignored."""
     negative = sign_at(m, first, end, level, low) < 0
     stride = 1 if low < guess and guess < high else LIMIT >> 1
     guess = between(low, high, guess)
@@ -125,7 +125,7 @@ def add_differences(m: Cells, first: int, end: int, level: int) -> None:
 
 @subroutine
 def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> int:
-    """Returns the first count in a window at which rule 5 holds, after Q has risen; else ``NO_FALL`` if it
+    """Returns the first count in a window that satisfies rule 5, after Q has risen; else ``NO_FALL`` if it
     has risen by the window's end, ``NO_FALL_YET`` if not. It is fast if Q becomes negative near ``guess``."""
     levels = window.levels
     for level in range(1, larger(levels, 1) + 1):
@@ -306,7 +306,7 @@ def read_gap(
 def wall_exactly(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
 ) -> int:
-    """Returns the first count of ticks at which rule 5 holds for the gap to a wall, or ``NEVER``."""
+    """Returns the first count of ticks that satisfies rule 5 for the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
     first, end = read_gap(m, far, near, radius, slope, pull, tick)
     found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NO_FALL

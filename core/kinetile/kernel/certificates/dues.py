@@ -19,8 +19,8 @@ def no_dues(slots: int, certificates: int) -> Integers:
 
 @hook
 def set_due(k: Kernel, due: Records, body: int, which: int, tick: int) -> None:
-    """Sets the tick at which certificate ``which``, from 0 on, of a body fails, and schedules the body's
-    first. O(log of their number)."""
+    """Sets the failure tick of certificate ``which``, from 0 on, of a body, and schedules the body's first
+    failure. O(log of their number)."""
     at = which + due.shape[1] // 2
     due[body, at] = tick
     while at > 1:

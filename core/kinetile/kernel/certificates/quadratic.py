@@ -1,4 +1,4 @@
-"""The tick at which a quantity quadratic in time falls below zero: structural certificates of degree 2.
+"""The tick of the fall below zero of a quantity quadratic in time: structural certificates of degree 2.
 
 The quantity is G(n) = gap + rate t + bend t^2 / 2, t being n ticks. Its certificate fails at the first tick
 from ``start`` on at whose end G is below zero, the first n with G(n + 1) < 0. So it holds where G only comes

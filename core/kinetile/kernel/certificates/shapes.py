@@ -1,4 +1,4 @@
-"""The exact ticks at which two convex bodies that do not rotate touch or part.
+"""The exact ticks of contact and of parting of two convex bodies that do not rotate.
 
 Seen from the first body, the place d of the second moves on a line, or with accelerations on a parabola. The
 two touch where d comes within the sum R of their radii of the difference M of their cores
@@ -183,7 +183,7 @@ def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
 
 @hook
 def tick_at_face(f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float) -> int:
-    """Returns the tick after the later anchor in which a place crosses the line of a face, moved out by R,
+    """Returns the tick after the later anchor of a place's crossing of the line of a face, moved out by R,
     given an estimate t > 0 of the time; ``OPEN`` if that is not sure."""
     outside, error = gap_to_face(f, face, t, x, y)
     rate = f[face + TX] * y.u - f[face + TY] * x.u
@@ -491,8 +491,8 @@ def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, sense: i
 def first_with(
     f: Numbers, w: Approach, face: int, kind: int, order: int, sense: int, closed: int, low: int, high: int
 ) -> int:
-    """Returns the first count after ``low`` at which a measure or its rate, times ``sense``, is below 0, or
-    at most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
+    """Returns the first count after ``low`` with a measure or its rate, times ``sense``, below 0, or at most
+    0 if ``closed`` is 1: it is so at ``high``, not at ``low``, and changes once."""
     stride = 1
     guess = between(low, high, guess_of(f, w, face, kind, order, sense))
     while high - low > 1:
@@ -503,8 +503,8 @@ def first_with(
 
 @subroutine
 def next_below(f: Numbers, w: Approach, face: int, kind: int, sense: int, closed: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a measure, times ``sense``, is below 0, or at most 0
-    if ``closed`` is 1; ``NEVER`` without one up to ``LIMIT``."""
+    """Returns the first count from ``start`` on with a measure, times ``sense``, below 0, or at most 0 if
+    ``closed`` is 1; ``NEVER`` without one up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
     if sense * sign_of(f, w, face, kind, ITSELF, start) < closed:
@@ -522,7 +522,7 @@ def next_below(f: Numbers, w: Approach, face: int, kind: int, sense: int, closed
 
 @subroutine
 def next_falling(f: Numbers, w: Approach, face: int, kind: int, sense: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which the rate of a measure, times ``sense``, is below 0;
+    """Returns the first count from ``start`` on with the rate of a measure, times ``sense``, below 0;
     ``NEVER`` without one up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
@@ -535,7 +535,7 @@ def next_falling(f: Numbers, w: Approach, face: int, kind: int, sense: int, star
 
 @subroutine
 def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a place is inside the lines of all faces."""
+    """Returns the first count from ``start`` on with a place inside the lines of all faces."""
     count = int(f[w.row + CORNERS])
     here = start
     agreed = 0
@@ -552,8 +552,7 @@ def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
 
 @subroutine
 def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a place is outside a line, or on it if
-    ``closed``."""
+    """Returns the first count from ``start`` on with a place outside a line, or on it if ``closed``."""
     found = NEVER
     for k in range(int(f[w.row + CORNERS])):
         face = w.row + FIRST_CORNER + k * WIDE
@@ -572,7 +571,7 @@ def is_inside(f: Numbers, w: Approach, count: int) -> bool:
 
 @subroutine
 def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) -> int:
-    """Returns the tick at which a place comes into a difference without a margin, if it is near a guess, or
+    """Returns the tick of a place's entry into a difference without a margin, if it is near a guess, or
     ``NEVER`` if the place stays outside of one line, or ``OPEN``. Without accelerations it is inside for one
     run of ticks; ``deep``: at some tick deeper than the strip."""
     w = approach_of(row, plans)
@@ -588,7 +587,7 @@ def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) ->
 
 
 class Crossings(NamedTuple):
-    """The times at which a place crosses the lines of the faces, moved out by R: inwards last at ``into``,
+    """The times of a place's crossings of the lines of the faces, moved out by R: inwards last at ``into``,
     off by ``into_error``, at most ``latest``; outwards not before ``stays``, and surely by ``out``.
     ``highest`` is the largest gap at time 0. It ``misses`` if it stays outside of a line; ``known``: no rate
     is within its error, except for lines that it surely is within."""
@@ -786,7 +785,7 @@ def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
 
 @subroutine
 def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a place is between the two faces at a corner."""
+    """Returns the first count from ``start`` on with a place between the two faces at a corner."""
     first = w.row + FIRST_CORNER
     before = corner - WIDE if corner > first else first + (int(f[w.row + CORNERS]) - 1) * WIDE
     here = start
@@ -848,7 +847,7 @@ def across_any(f: Numbers, w: Approach, kind: int, sense: int, start: int) -> in
 
 @subroutine
 def counts_after(f: Numbers, w: Approach) -> int:
-    """Returns the tick from which on two that have just met may meet again (rule 7s)."""
+    """Returns the first tick of a new contact allowed for two that have just met (rule 7s)."""
     first = w.row + FIRST_CORNER
     count = int(f[w.row + CORNERS])
     outside = f[w.row + RADIUS] == 0.0
@@ -953,8 +952,8 @@ def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
 @apart
 def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
     """Returns the ticks after the later anchor until two convex bodies touch, from ``since`` on, or
-    ``NEVER``; ``met`` is 1 if they have just met. ``row`` is the index in the table ``f`` at which the row of
-    their difference begins."""
+    ``NEVER``; ``met`` is 1 if they have just met. ``row`` is the index of their difference's row in the table
+    ``f``."""
     count = int(f[row + CORNERS])
     if count == 1:
         own = from_corner(f, row + FIRST_CORNER, plans)

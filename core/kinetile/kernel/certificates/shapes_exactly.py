@@ -2,7 +2,7 @@
 
 A measure (``shapes``) is a product of two vectors: one is a place, its change in a tick, or the change of
 that change; the other lies along a face of the difference of two shapes, or across it, or begins at a corner.
-At whole ticks all of them are whole numbers times a power of two. The distance of a line from that of a face
+At whole ticks all of them are whole numbers times a power of two. The distance of a line from a face's line
 is a multiple of the vector's length, a root, so squares are compared: products of four. Comparing the
 distances of a place from two faces needs products of six.
 
@@ -169,7 +169,7 @@ def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
 
 @subroutine
 def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int) -> int:
-    """Returns the sign of a square of a gap, less that of a width times the length of a face's vector."""
+    """Returns the sign of a gap's square less the square of a width times the length of a face's vector."""
     clear(m, WIDTH, first, end)
     put(m, WIDTH, width, 0, 1)
     put(m, WIDTH, low, 0, 1)

@@ -1,4 +1,4 @@
-"""Structural certificates: the ticks at which they fail, and their registration by a broad phase.
+"""Structural certificates: the ticks of their failures, and their registration by a broad phase.
 
 A structural certificate says that some quantity, a gap between two bounds, is not negative. The sign of its
 rate alone decides whether it will fail, never a comparison of times with now: a failure time in the past is
@@ -34,7 +34,7 @@ FAR = 2.0**62
 
 @hook
 def schedule(k: Kernel, body: int, tick: int) -> None:
-    """Sets the tick at which a body's structural certificate fails; ``NEVER``: it does not fail. O(1).
+    """Sets the failure tick of a body's structural certificate; ``NEVER``: it does not fail. O(1).
 
     A body has one certificate. A phase that has several for it schedules the first of them to fail. The body
     is filed in the queue when the hook has returned.

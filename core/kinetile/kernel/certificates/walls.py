@@ -1,4 +1,4 @@
-"""The exact tick at which a body reaches a wall.
+"""The exact tick of a body's contact with a wall.
 
 The gap G = far - near - radius widens at a speed ``slope``, and the speed grows by ``pull``. Rule 6: the
 contact is at the first tick n with G(n + 1) < min(0, G(n)).

@@ -133,7 +133,7 @@ class _NoEnvironment:
         return getattr(self._generator, name)
 
     def set_env(self, name: str, environment: Any) -> None:
-        """Does nothing: only code with Python objects reads an environment, and hooks have none."""
+        """Does nothing: only code with Python objects reads an environment, and hooks have no objects."""
 
 
 class _Code(JITCodeLibrary):

@@ -40,11 +40,11 @@ NOTHING_IS_COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """Whether nothing is compiled in this process."""
 
 WORTH = 1.0
-"""CPU seconds as Python after which a composed function is compiled."""
+"""A composed function is compiled when it has taken this many CPU seconds as Python."""
 
 FEW_BODIES = 1_100
-"""The number of bodies up to which it runs as Python first. Building the structure of so many takes up to 6
-CPU seconds (``naive``; ``cells`` .2), which grow with their square, and the compiler takes 9."""
+"""The most bodies for running as Python first. Building the structure of so many takes up to 6 CPU seconds
+(``naive``; ``cells`` .2), which grow with their square, and the compiler takes 9."""
 
 _default: bool | None = None
 
@@ -291,7 +291,7 @@ _meanwhile: Callable[[], AbstractContextManager[Any]] = nullcontext
 
 
 SLOW = 1.0
-"""CPU seconds of a compilation from which on the log ``kinetile`` reports it, at the level of information."""
+"""The least CPU seconds of a compilation that the log ``kinetile`` reports, at the level of information."""
 
 
 @contextmanager

@@ -89,7 +89,11 @@ class _Hook(CPUDispatcher):
         return self.py_func(*arguments)
 
     def get_call_template(self, arguments: Any, named: Any) -> Any:
-        """Returns what a call comes to: one for all constants, and for all signed integers."""
+        """Returns the template of a call: one for all constants, and for all signed integers.
+
+        Else each constant would compile it again; also the first value of a variable, with code that is
+        never used: ``found = NOBODY`` before a loop.
+        """
         given = [types.unliteral(each) for each in arguments]
         given = [types.int64 if each in _SHORT else each for each in given]
         key = tuple([each._code for each in given])
@@ -118,7 +122,7 @@ class _ByRecord(_Hook):
 
 
 class _Subroutine(_Hook):
-    """A function that compiled code calls; its name lets fingerprints tell it from inlined code."""
+    """A function that compiled code calls; its name lets fingerprints distinguish it from inlined code."""
 
 
 def hook(function: F) -> F:

@@ -4,7 +4,7 @@ The tables of a large scene do not fit into the processor's caches. Each contact
 of times, because each address is read from the record before it: slice, body, home, cell. But the calendar
 has the next bodies in order. A *scout* goes over its slices, some dozens of slices before the head, whenever
 the head advances. It finds all bodies of the slice and the partner that each awaits, and prefetches for them
-in stages, a few bodies apart: each stage reads the data that the stage before it has prefetched. No answer
+in stages, separated by a few bodies: each reads the data that the stage before it has prefetched. No answer
 depends on this. In a small scene this costs more than it saves, so it is composed only from ``LARGE_SCENE``
 bodies on. In smaller scenes the two bodies of the contact at the head are prefetched before its exact tick.
 """

@@ -464,7 +464,7 @@ def must_wait(k: Kernel, command: Records) -> int:
 @only_with(RESTING)
 @template
 def foresee_ledge(k: Kernel, body: int) -> None:
-    """Recomputes the tick at which a body leaves its support, after the clock has anchored its plan."""
+    """Recomputes the tick of a body's departure from its support, after the clock has anchored its plan."""
     plan = k.bodies[body]
     if plan.supports == 1 and plan.support >= 0:
         if PERIODIC:

@@ -282,7 +282,7 @@ def crowded(k: Kernel, pairs: int) -> bool:
 
 @template
 def _parts(k: Kernel, record: Records) -> int:
-    """Returns the tick at which a pair parts: at least a tick after it has begun."""
+    """Returns the tick of a pair's parting: at least a tick after its begin."""
     if PERIODIC:
         torus = k.clock[0].torus
         torus.m = record.m
@@ -356,7 +356,7 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
 @only_with(PASSINGS)
 @template
 def plan_partings(k: Kernel, body: int) -> None:
-    """Recomputes the ticks at which a body with a new plan parts from those that it is passing through."""
+    """Recomputes the ticks of a body's partings, with a new plan, from those that it is passing through."""
     pair = k.passers[body]
     while pair >= 0:
         record = k.passings[pair]
