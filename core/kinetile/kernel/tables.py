@@ -292,7 +292,7 @@ JAM = record(
 )
 STOPS = record(
     ("watching", "i8", VALUE, KEPT),  # whether contacts are watched
-    ("before", "i8", VALUE, KEPT),  # whether to stop before a watched contact, and not after it
+    ("before", "i8", VALUE, KEPT),  # whether to stop before a watched contact, not after it
     ("due", "i8", VALUE, KEPT),  # whether to stop now, because of
     ("row", "i8", VALUE, KEPT),  # a contact in this row of ``met``, if it has happened,
     ("tick", "i8", PAST, CARRIED),  # at this tick
@@ -404,16 +404,16 @@ class Kernel(NamedTuple):
     lookup: Records  # its hash table,
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
     images: Records  # (n,) periods and images; empty unless an axis is periodic
-    traits: Records  # for responses; this and the next three are empty without them
-    rules: Records  # the rule for two kinds, or (last) for a kind and a wall
+    traits: Records  # (n,) for responses; this and the next three are empty without responses
+    rules: Records  # (kinds * (kinds + 1),) the rule for two kinds, or (last) for a kind and a wall
     passings: Records  # the pairs that are passing through each other, a the elder of the two
-    passers: Records  # the head of each body's list of passings
+    passers: Records  # (n,) the head of each body's list of passings
     commands: Records  # commands of the present span of the clock, in their order
     watch: Records  # for each number of a body how to stop at its contacts; this and the next two are
     watched: Records  # empty before the first run that stops at contacts: the pairs, by numbers,
     watched_kinds: Records  # and how to stop where such kinds meet, as in ``rules``
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
-    shadows: Records  # the straight plans for a broad phase, where some are accelerated, and
+    shadows: Records  # (n,) the straight plans for a broad phase, where some are accelerated, and
     shadow_places: Records  # (n,) their places at the common clock (``kernel.chords``), and
     pulls: Records  # (n,) the accelerations, and when chords end, by the common clock; else empty
     met: Records  # the log of contacts, as it is digested

@@ -171,11 +171,10 @@ def unchecked(function: F) -> F:
     """Marks a hook that needs no checks, above ``hook``: it runs faster, but an error in it may corrupt
     memory.
 
-    Its tables are not NumPy's arrays but the loop's own views (``kernel.compiled.views``): they can be read
-    and written by an index from 0, sliced and iterated over, and have ``len``. An index below 0 is not
-    counted from the end, nor noticed. The numbers of bodies that ``near``, ``repair`` and ``soonest`` return
-    are not compared with the number of bodies. Have the conformance kit judge the hook without this mark
-    first.
+    Its tables are not NumPy's arrays but the loop's own views (``kernel.compiled.views``): to be read and
+    written by an index from 0, sliced, iterated over, with ``len``. An index below 0 is not counted from the
+    end, nor noticed. Numbers of bodies that ``near``, ``repair`` and ``soonest`` return are not compared with
+    the number of bodies. Have the conformance kit judge the hook without this mark first.
     """
     cast(Any, function).is_unchecked = True
     return function

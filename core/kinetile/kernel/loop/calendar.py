@@ -205,7 +205,7 @@ def next_marked(k: Kernel, day: int) -> int:
 
 @hook
 def head(k: Kernel) -> int:
-    """Returns the body that comes next, or NOBODY; the slice sought in becomes its slice."""
+    """Returns the body of the next event, or NOBODY; the slice of this body becomes the calendar's."""
     clock = k.clock[0]
     calendar = clock.calendar
     queue = k.queue
