@@ -348,7 +348,7 @@ class LinkingCompiler(_Compiler):
         result = cast(Any, super())._compile_bytecode()
         if not (state.library.has_dynamic_globals or state.reload_init or result.environment.consts):
             module = state.library._final_module
-            for each in module.functions:  # names with Numba's number of this process are unique
+            for each in module.functions:  # names with Numba's number of this process stay private
                 if not each.is_declaration and each.name.startswith("_ZN") and _KEPT not in each.name:
                     each.linkage = "internal"
             result.fndesc.typemap = result.fndesc.calltypes = None
