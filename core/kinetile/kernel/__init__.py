@@ -1,4 +1,4 @@
 """The kernel: tables, clock, queue, certificates and the compiled loop.
 
-It knows neither scenes nor plugins.
+It uses neither scenes nor plugins.
 """

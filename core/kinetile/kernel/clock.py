@@ -1,9 +1,9 @@
-"""The clock: integer ticks, so that time differences are exact however late it is.
+"""The clock: integer ticks, so that time differences are exact, however late it is.
 
-A tick is 2^-52 of the scene's time unit, a power of two: 1, or less where bodies are fast (see
-``time_unit``), or what the scene says. The kernel counts in 64 bits from ``base``, a whole number of units
-since the start that moves on by ``SPAN`` now and then: all anchors and failure times are shifted by the same
-integer, which changes nothing. Python's own integers hold the whole count.
+A tick is 2^-52 of the scene's time unit, a power of two: 1, or less if bodies are fast (``time_unit``), or
+the value that the scene gives. The kernel counts in 64 bits from ``base``, a whole number of units since the
+start. From time to time the base moves on by ``SPAN``: all anchors and failure times are then shifted by the
+same integer, which changes nothing. Python's own integers hold the whole count.
 """
 
 import math
@@ -13,22 +13,22 @@ from typing import Any
 import numpy as np
 
 TICKS = 1 << 52
-"""Ticks a unit."""
+"""Ticks per unit."""
 
 SPAN = 1 << 61
 """Ticks between shifts of the base, 512 units. Predictions reach 2 spans past an anchor; 64 bits hold 4."""
 
 
 LONGEST_UNIT = 2.0**100
-"""So ``scene.checks.LARGEST`` as a speed, for two spans, squared, is still a double."""
+"""With this unit ``scene.checks.LARGEST`` as a speed, for two spans, squared, is still a double."""
 
 
 def time_unit(extent: float, speed: float, most: float = 1.0) -> float:
-    """Returns the power of two, at most ``most``, in which a body of this speed crosses about this extent.
+    """Returns the power of two, at most ``most``, that a body of this speed needs to cross about this extent.
 
-    At speed 1 in a unit box that is 1. Where bodies are so fast that they would fly far in a tick of 2^-52, a
-    smaller unit keeps what they fly in a tick below the rounding of their coordinates. Slow ones may be given
-    commands that make them fast: a larger unit is for a scene to say.
+    At speed 1 in a unit box that is 1. If bodies are so fast that they would fly far in a tick of 2^-52, a
+    smaller unit keeps the distance flown in a tick below the rounding of their coordinates. Commands may make
+    slow bodies fast, so only the scene itself can choose a larger unit.
     """
     crossings = speed / extent * (1.0 - 2.0**-20)
     return min(most, math.ldexp(1.0, -min(max(math.frexp(crossings)[1], -100), 900)))
@@ -56,7 +56,7 @@ class Clock:
         return (a * d - c * b) * f * TICKS // (b * d * e)
 
     def tick_of(self, time: float, at: tuple[int, ...] | None) -> int:
-        """Returns a time in ticks since the start, or that of ``at``, which begins with (epoch, tick)."""
+        """Returns a time in ticks since the start, or the ticks of ``at``: (epoch, tick) and more."""
         return self.ticks(time) if at is None else at[0] * TICKS + at[1]
 
     def relative(self, ticks: int) -> int:

@@ -1,8 +1,8 @@
-"""Features: what a loop is composed with. Each is declared once, here; templates import it by its name.
+"""Features: the constants that a loop is composed with. Each is declared once, here; templates import it.
 
-In a composed loop a feature is a constant, which ``run.compose`` derives from the scene and its phases. What
-is under a test of one that is 0 is not compiled, nor is a call of a function marked ``only_with`` that one.
-Outside of a composed loop a feature has no value. CONTRIBUTING.md has this table.
+In a composed loop a feature is a constant, which ``run.compose`` derives from the scene and its phases. Code
+under a test of a feature that is 0 is not compiled, nor is a call of a function marked ``only_with`` that
+feature. Outside of a composed loop a feature has no value. CONTRIBUTING.md has this table.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,8 +12,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Feature(NamedTuple):
-    """What a loop with it does, what of a scene or of its phases sets it, and words that are in what
-    ``Simulation.explain()`` says of such a scene: "" where it says nothing, as of what changes no answer."""
+    """The loop's work with a feature, the part of a scene or phase that sets it, and words from the line
+    about it in ``Simulation.explain()``: "" without a line, as for a feature that changes no answer."""
 
     name: str
     does: str
@@ -62,18 +62,18 @@ AHEAD = _declare(
 
 
 NONE: Mapping[str, Any] = dict.fromkeys(FEATURES, 0)
-"""What is composed without any of them."""
+"""The values of a loop without any feature."""
 
 
 def values(**given: Any) -> dict[str, Any]:
-    """Returns the features of a loop; TypeError if one is not given, or is none."""
+    """Returns the features of a loop; raises TypeError if one is missing or unknown."""
     if given.keys() != FEATURES.keys():
         raise TypeError(f"features set: {sorted(given)}; there are {sorted(FEATURES)}")
     return given
 
 
 def only_with(feature: bool) -> Callable[[F], F]:
-    """Marks a hook or a template, above ``hook`` or ``template``, that returns nothing: a loop without the
+    """Marks a hook or a template that returns nothing, above ``hook`` or ``template``: a loop without the
     feature does not call it."""
 
     def decorated(function: F) -> F:

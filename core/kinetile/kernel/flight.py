@@ -1,11 +1,11 @@
-"""Flight plans, and what a contact changes in them.
+"""Flight plans, and their changes at a contact.
 
-The time since a plan's anchor is a difference of integer ticks, hence exact however late the clock is. A plan
-is anchored again by a contact, a command or the clock, never by a structural event, so that a trajectory is a
-function of the scene alone. What a plan says of a time is in ``kernel.plan``.
+The time since a plan's anchor is a difference of integer ticks, so it is exact however late the clock is. A
+contact, a command or the clock anchors a plan again, a structural event never does, so that a trajectory is a
+function of the scene alone. ``kernel.plan`` evaluates a plan at a time.
 
-At a contact two bodies exchange momentum along a normal. That is computed to half an ulp: what is lost there
-is lost at every contact of the same two bodies, and energy would drift in proportion to the contacts.
+At a contact two bodies exchange momentum along a normal, computed to half an ulp. An error there would recur
+at every contact of the same two bodies, and energy would drift in proportion to the contacts.
 """
 
 import math
@@ -31,19 +31,19 @@ def since_anchor(k: Kernel, body: Records, tick: int) -> float:
 
 @hook
 def position_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
-    """Returns where a body's plan has it at a tick."""
+    """Returns the position of a body at a tick, by its plan."""
     return position_after(body, since_anchor(k, body, tick))
 
 
 @hook
 def velocity_at(k: Kernel, body: Records, tick: int) -> tuple[float, float]:
-    """Returns the velocity that a body's plan gives it at a tick."""
+    """Returns the velocity of a body at a tick, by its plan."""
     return velocity_after(body, since_anchor(k, body, tick))
 
 
 @hook
 def anchor_at(k: Kernel, body: Records, tick: int) -> None:
-    """Anchors a body's plan at a tick, without changing how it flies."""
+    """Anchors a body's plan at a tick, without changing its motion."""
     body.x, body.y, body.vx, body.vy = position_at(k, body, tick) + velocity_at(k, body, tick)
     body.anchor = tick
 
@@ -68,9 +68,9 @@ def _twice_energy(body: Records) -> float:
 @with_accelerations(_twice_energy)
 @hook
 def twice_energy(body: Records) -> float:
-    """Returns twice the energy that a mass of 1 has at the anchor of its plan: the square of its speed, and
-    where it is accelerated that of the speed with which it arrives in the corner (0, 0) if it begins at rest
-    where it is; below 0 if it has to be thrown up to there."""
+    """Returns twice the energy, per mass, at the anchor of a body's plan: the square of its speed; for an
+    accelerated body, the square of its speed on arrival in the corner (0, 0) from its place, begun at rest,
+    is added; this is below 0 if it has to be thrown up to there."""
     return square_of_speed(body)
 
 
@@ -90,14 +90,14 @@ def _note_pull(body: Records, k: Kernel, number: int) -> None:
 @with_accelerations(_note_pull)
 @hook
 def note_pull(body: Records, k: Kernel, number: int) -> None:
-    """Writes a body's row of ``k.pulls``, if there is one: its acceleration, and when its chord ends."""
+    """Writes a body's row of ``k.pulls``, if it exists: its acceleration, and the end of its chord."""
 
 
 @hook
 def note_place(k: Kernel, number: int) -> None:
-    """Writes a body's row of ``k.places``: where its plan has it at the origin of the common clock.
+    """Writes a body's row of ``k.places``: its position by its plan at the origin of the common clock.
 
-    Rounded once more than its plan, hence only good for bounds.
+    Rounded once more than its plan, so only good for bounds.
     """
     body = k.bodies[number]
     x, y = position_at(k, body, k.clock[0].origin)
@@ -115,7 +115,7 @@ def note_all_places(k: Kernel, tick: int) -> None:
 
 
 def plans_now(k: Kernel, slots: Integers | None = None) -> tuple[Plan | AcceleratedPlan, Floats]:
-    """Returns the plans of all bodies, or of those in the slots given, and the times since their anchors."""
+    """Returns the plans of all bodies, or of the bodies in given slots, and the times since their anchors."""
     clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
     if slots is not None:
         bodies = bodies.take(slots)
@@ -123,7 +123,7 @@ def plans_now(k: Kernel, slots: Integers | None = None) -> tuple[Plan | Accelera
 
 
 def positions_now(k: Kernel, slots: Integers | None = None) -> Floats:
-    """Returns (n, 2) positions now, of all bodies or of those in the slots given; not for hooks."""
+    """Returns (n, 2) positions now, of all bodies or of the bodies in given slots; not for hooks."""
     return positions_after(*plans_now(k, slots))
 
 
@@ -139,7 +139,7 @@ def whole_pulls(k: Kernel, slots: Array) -> Floats:
 @hook
 def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
     """Returns (v . n) / (n . n) for the relative velocity v and a vector n of length nearly 1, to half an
-    ulp. Both products are carried in full: the plain formula is off by an ulp or so."""
+    ulp. Both products are carried in full: the plain formula is wrong by an ulp or so."""
     vx = two.vx - one.vx
     vy = two.vy - one.vy
     xx = nx * nx
@@ -155,7 +155,7 @@ def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
 
 @hook
 def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
-    """Exchanges momentum along a normal of length 1, as equals that close in by a speed do elastically."""
+    """Exchanges momentum along a normal of length 1, as equals that close in at a speed do elastically."""
     one = k.bodies[a]
     two = k.bodies[b]
     one_share = shared(k.mass[a], k.mass[b], speed)
@@ -168,8 +168,8 @@ def give(k: Kernel, a: int, b: int, nx: float, ny: float, speed: float) -> None:
 
 @hook
 def shared(mass: float, other: float, speed: float) -> float:
-    """Returns the part of an exchange that a body takes: 2 other / (mass + other) speed, to about half an
-    ulp. Of a body of infinite mass it is 0, and the other one takes 2; two of them part as two equals do."""
+    """Returns a body's part of an exchange: 2 other / (mass + other) speed, to about half an ulp. A body of
+    infinite mass takes 0, and the other one takes 2; two bodies of infinite mass part as two equal ones."""
     if mass == math.inf:
         return speed if other == math.inf else 0.0
     if other == math.inf:

@@ -1,47 +1,47 @@
 """Images: places and contacts where an axis is periodic.
 
-A border that bodies cross is no event here: the law does not know where the box is cut. The *image* (m, n)
-of a body is the body m periods further right and n further up, and a contact of two bodies is through an
-image: with m and n periods added to their separation. So two may meet through several images, even at one
-tick, and where a body crosses a line nothing is rounded or logged, and no plan changes.
+A border that bodies cross causes no event here: the law does not depend on where the box is cut. The *image*
+(m, n) of a body is the body m periods further right and n further up, and a contact of two bodies is through
+an image: with m and n periods added to their separation. So two bodies may meet through several images, even
+at one tick. When a body crosses a border, nothing is rounded or logged, and no plan changes.
 
 A plan's place stays near 0, so that rounding does not grow: whenever a plan is anchored, its place becomes
-the remainder of IEEE 754, from -1/2 to 1/2 period, which is a double always: wrapping adds no rounding.
+the remainder of IEEE 754, from -1/2 to 1/2 period, which is always a double: wrapping adds no rounding.
 ``k.images`` counts the periods taken off a body, so x + kx * period is its *unwrapped* place. Images are
 counted between unwrapped places, from the elder of two bodies to the younger: wrapping does not change their
 numbers.
 
-On the same grounds no plan grows old. At every *beat*, 2^53 ticks or two units of the clock, all plans that
+For the same reason no plan grows old. At every *beat*, 2^53 ticks or two units of the clock, all plans that
 are a beat old are anchored again, body by body. Then a body is at most four units away from its anchor, and
-a search for the first image that another one meets has an end.
+the search for the first image that another body meets ends.
 
 Two bodies that have met through an image are barred from that image, not from each other.
 
 Why the search and the bounds are right
 =======================================
 
-*The search* (``first_image`` in ``kernel/images.py``). Columns of images are looked at in the order in which
-they come within reach along x, and in each the rows that are within reach while it is passed. Both ranges are
-computed in doubles and are wider than the reach by fat: places, a whole number of periods and what is flown
-in 8 units are off by less than 32 u X, and fat is more than 1,000 u X. So an image that is left out is met
-later than the best one found, by more than a tick, or from s + 2^55 on, which no plan lives to see. Whether
-and when an image is met is decided exactly, and ties by whole numbers. A disc of ``cast`` may fly further
-than X: for it 2^-40 of what it flies in 8 units is added to fat, 8,192 u of that, but no more than a period.
-So it is for questions, which look further ahead.
+*The search* (``first_image`` in ``kernel/images.py``) visits columns of images as they come within reach in
+x, and in each column the rows that are within reach while the body passes it. Both ranges are computed in
+doubles and are wider than the reach by fat: places, a whole number of periods and the distance flown in 8
+units are wrong by less than 32 u X, and fat is more than 1,000 u X (u = 2^-53; X bounds places,
+docs/one-answer.md). So an image that is left out is met later than the best one found, by more than a tick,
+or from s + 2^55 on, s the later anchor, when both plans have ended. Contacts with an image and their ticks
+are decided exactly, and ties by whole numbers. A disc of ``cast`` may fly further than X: for it 2^-40 of its
+flight in 8 units, 8,192 u of that, is added to fat, but no more than a period; so it is for questions.
 
-*The bound* of ``soonest`` is that of the nearest image, or, if that is sooner, the time in which W/2 less the
-fattened reach is flown along x, or H/2 along y. Any other image differs from the nearest by a period along an
-axis, and is at least W/2 away along it, up to rounding; it cannot touch before its distance there is down to
-the reach. N periods are N W, rounded, and the difference is rounded: with |N W| <= 2.8 L that is less than
-3.6 u L more for each coordinate, 28 u L instead of 24 u L for d and 51 u L |v| instead of 47 for d.v, where
-fat / 2 has 32 u L and fat 64. If dx / W is so near a half that rounding chooses the other image, that is 4 u
-L, and fat has it. A barred image is not left out of a bound, as it may be a body's partner through another
-one; it is left out of the exact tick.
+*The bound* of ``soonest`` is the bound of the nearest image, or, if that is sooner, the time to fly W/2 less
+the fattened reach along x, or H/2 less it along y, for periods W and H. Any other image differs from the
+nearest one by a period along an axis, and is at least W/2 away along it, up to rounding; it cannot touch
+before its distance there is down to the reach. N periods are N W, rounded, and the difference d is rounded:
+with |N W| <= 2.8 L this adds less than 3.6 u L for each coordinate, giving 28 u L instead of 24 u L for d and
+51 u L |v| instead of 47 for d.v; fat / 2 has 32 u L, and fat 64. If dx / W is so near a half that rounding
+chooses the other image, that costs 4 u L, and fat includes it. A barred image stays in a bound, because it
+may be a body's partner through another image; only the exact tick leaves it out.
 
-*Shapes.* The search is the same, with the radii of the circles around the bodies; the certificate is that of
-rule 5s. The bound is that of the nearest image's difference, or the time in which W/2 less the two radii is
-flown. Two that have just met touch, so a bound of their nearest image would be 0: it is left out while it is
-the barred one, by whole numbers, and the other images' stays.
+*Shapes.* The search is the same, with the radii of the circles around the bodies; the certificate is the one
+of rule 5s. The bound is that for the difference to the nearest image, or the time to fly W/2 less the two
+radii. Two that have just met touch, so a bound of their nearest image would be 0: while that is the barred
+image, by whole numbers, its bound is left out, and the bound of the other images stays.
 """
 
 import math
@@ -69,28 +69,28 @@ BEAT = 1 << 53
 """Ticks between two beats."""
 
 FORESEEN = 1 << 55
-"""Ticks after the later anchor from which on a run predicts no contact: both plans are anchored before."""
+"""Ticks after the later anchor that limit a run's predictions: both plans are anchored before."""
 
 HALVES = 1.5 * 2.0**52
 
 
 @hook
 def nearest_whole(value: float) -> float:
-    """Returns the nearest whole number, of two the even one, of a number below 2^51 in size."""
+    """Returns the nearest whole number, at a tie the even one, for a number below 2^51 in size."""
     return (value + HALVES) - HALVES
 
 
 @hook
 def remainder(value: float, period: float, times: float) -> float:
-    """Returns value - times * period, for the whole number that makes it nearly the least: exactly."""
+    """Returns value - times * period, exactly, for the whole number that nearly minimises its size."""
     product = times * period
     return (value - product) - product_error(times, period, product)
 
 
 @hook
 def turns_of(place: float, period: float) -> float:
-    """Returns how many periods a place is away from the box around 0: the quotient, rounded to nearest, of
-    two the even one; 0 for the period of an axis with walls."""
+    """Returns the number of periods between a place and the box around 0: the quotient, rounded to nearest,
+    at a tie to even; 0 for an axis with walls (period 0)."""
     half = 0.5 * period
     if abs(place) <= half or period == 0.0:
         return 0.0
@@ -105,7 +105,7 @@ def turns_of(place: float, period: float) -> float:
 
 @hook
 def near_zero(place: float, period: float) -> float:
-    """Returns a place, along an axis, without its periods; 0 is the period of one with walls."""
+    """Returns a place, along an axis, without its periods; an axis with walls has period 0."""
     return remainder(place, period, turns_of(place, period))
 
 
@@ -134,14 +134,14 @@ def wrap(k: Kernel, body: int) -> None:
 
 @template
 def anchor(k: Kernel, body: int, tick: int) -> None:
-    """Anchors a body's plan at a tick: it moves as before."""
+    """Anchors a body's plan at a tick, without changing its motion."""
     anchor_at(k, k.bodies[body], tick)
     wrap(k, body)
 
 
 @hook
 def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """Returns how deep two discs overlap if their places are so far apart."""
+    """Returns the depth of the overlap of two discs at this distance."""
     return float(k.bodies[early].radius + k.bodies[late].radius - math.sqrt(dx * dx + dy * dy))
 
 
@@ -156,7 +156,7 @@ def image_of(k: Kernel, early: int, late: int, elder: int, plans: Plans) -> tupl
 
 @hook
 def have_just_met(k: Kernel, early: int, late: int, plans: Plans) -> bool:
-    """Whether two bodies have just met, through the image of their plans (rules 7 and 7p)."""
+    """Returns True if two bodies have just met, through the image of their plans (rules 7 and 7p)."""
     met = k.bodies[early].last == late and k.bodies[late].last == early
     if met and len(k.images) > 0:
         m, n = image_of(k, early, late, elder(k, early, late), plans)
@@ -179,15 +179,15 @@ def _straight(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> i
 
 @hook
 def discs_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two discs touch by their plans, through the image of
-    these, or ``NEVER``."""
+    """Returns the ticks after the later anchor until two discs touch by their plans, through the image of the
+    plans, or ``NEVER``."""
     return int(_straight(k.bodies[early], k, early, late, plans))
 
 
 @hook
 def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, float]:
-    """Returns the image on the clock as whole numbers of periods that are added to the place of ``late`` less
-    that of ``early``, as their plans hold them; images are counted from the elder of the two."""
+    """Returns the image on the clock as whole numbers of periods to add to the place of ``late`` less the
+    place of ``early``, as in their plans; images are counted from the elder of the two."""
     torus = k.clock[0].torus
     sense = 1 if early == elder else -1
     m = sense * torus.m + k.images[late].kx - k.images[early].kx
@@ -197,7 +197,7 @@ def turns_between(k: Kernel, early: int, late: int, elder: int) -> tuple[float, 
 
 @hook
 def flight_between(k: Kernel, one: Records, two: Records) -> tuple[float, float, float, float]:
-    """Returns how far two is from one, by their plans, and how fast it goes away, at the anchor of two."""
+    """Returns the separation from one to two by their plans, and its velocity, at the anchor of two."""
     x, y = position_at(k, one, two.anchor)
     vx, vy = velocity_at(k, one, two.anchor)
     return two.x - x, two.y - y, two.vx - vx, two.vy - vy
@@ -205,7 +205,7 @@ def flight_between(k: Kernel, one: Records, two: Records) -> tuple[float, float,
 
 @hook
 def time_within(place: float, speed: float, far: float, limit: float) -> tuple[float, float]:
-    """Returns from when until when, up to a limit, a place that moves ahead is within ``far`` of 0."""
+    """Returns the first and last time, up to a limit, of a place that moves ahead within ``far`` of 0."""
     if not speed > 0.0:
         return math.inf if place < -far else 0.0, limit
     return (-far - place) / speed if place < -far else 0.0, smaller((far - place) / speed, limit)
@@ -224,8 +224,8 @@ def rows_within(
 
 @hook
 def is_left_out(k: Kernel, a: int, early: int, late: int, plans: Plans, passing: bool) -> bool:
-    """Whether two bodies do not meet through the image of plans: they pass through each other there, or have
-    just met there. For accelerated ones the certificate decides the latter."""
+    """Returns True if two bodies do not meet through the image of plans: they pass through each other there,
+    or have just met there. For accelerated bodies the certificate decides the latter."""
     if passing:
         b = early + late - a
         m, n = image_of(k, early, late, a, plans)
@@ -237,10 +237,10 @@ def is_left_out(k: Kernel, a: int, early: int, late: int, plans: Plans, passing:
 @hook
 def first_image(k: Kernel, a: int, b: int) -> int:
     """Returns the tick of the first contact of two bodies, ``a`` the elder, through any image that is not
-    left out, or ``NEVER``; writes to the clock through which. Of several at one tick it is that of the least
-    m, then of the least n. Two that may pass do not meet in the past: that passing has begun and ended.
+    left out, or ``NEVER``; writes the image to the clock. At equal ticks the least m counts, then the least
+    n. Two that may pass do not meet in the past: that passing has begun and ended.
 
-    Columns come as they are within reach: what is behind the last of them is later than ``best``."""
+    Columns are ordered by their first time within reach: all behind the last are later than ``best``."""
     clock = k.clock[0]
     torus = clock.torus
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
@@ -258,7 +258,7 @@ def first_image(k: Kernel, a: int, b: int) -> int:
     while True:
         enters = 0.0
         leaves = limit = float(best + 2) * clock.tick
-        if not are_accelerated(one) or torus.x > 0.0:  # else accelerated perhaps, and the only column
+        if not are_accelerated(one) or torus.x > 0.0:  # else perhaps accelerated, and this is the only column
             enters, leaves = time_within(way * dx + column * torus.x, abs(ux), far, limit)
             if not enters <= limit:
                 break
@@ -291,9 +291,9 @@ def first_image_of(
     touches: Callable[[Kernel, int, int, Any], int],
     overlap: Callable[[Kernel, int, int, float, float], float],
 ) -> Callable[[Kernel, int, int], int]:
-    """Returns the hook ``meet`` of bodies among images, from what ``discs_touch`` and ``discs_overlap`` are
-    for discs: the second body is anchored as late as the first, or later. Each body is within its radius from
-    its place, and may be accelerated along an axis with walls."""
+    """Returns the hook ``meet`` for bodies with images, from counterparts of ``discs_touch`` and
+    ``discs_overlap``: the second body is anchored as late as the first, or later. Each body is within its
+    radius from its place, and may be accelerated along an axis with walls."""
     made = with_constants([first_image], discs_touch=touches, discs_overlap=overlap)
     return cast(Callable[[Kernel, int, int], int], made["first_image"])
 
@@ -301,7 +301,7 @@ def first_image_of(
 @only_with(PERIODIC)
 @hook
 def await_through(k: Kernel, body: int) -> None:
-    """Notes, beside a body's entry, the image of the contact that has been computed for it last."""
+    """Stores, beside a body's entry, the image of the last contact that was computed for it."""
     image = k.images[body]
     image.m = k.clock[0].torus.m
     image.n = k.clock[0].torus.n
@@ -310,8 +310,8 @@ def await_through(k: Kernel, body: int) -> None:
 @only_with(PERIODIC)
 @hook
 def come_together(k: Kernel, a: int, b: int, h: int) -> None:
-    """Writes to the clock what is added to b - a at the contact that the entry of h awaits. Both are
-    anchored. The image is barred for them from now on."""
+    """Writes to the clock the addition to b - a at the contact that the entry of h awaits. Both are anchored.
+    From now on the image is barred for them."""
     torus = k.clock[0].torus
     image = k.images[h]
     one = k.images[a]
@@ -326,8 +326,8 @@ def come_together(k: Kernel, a: int, b: int, h: int) -> None:
 
 @hook
 def next_to_anchor(k: Kernel) -> int:
-    """Returns the next body whose plan is a beat old at this beat; NOBODY if none, and awaits the next
-    beat."""
+    """Returns the next body whose plan is a beat old at this beat; NOBODY, after setting the next beat, if
+    none is left."""
     torus = k.clock[0].torus
     while torus.number < len(k.slots):
         body = k.slots[torus.number]

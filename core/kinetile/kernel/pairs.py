@@ -1,15 +1,15 @@
-"""Pairs: how a broad phase says that two bodies have become near, and a set of pairs for those that keep one.
+"""Pairs: reports of bodies that have become near, and a set of pairs for broad phases that store them.
 
-The kernel calls ``near`` when it needs the bodies near a body; a pair that becomes near between two such
-calls is *offered*, and one of its bodies looks at the other. Nothing need be said when a pair parts.
+The kernel calls ``near`` when it needs the bodies near a body. A pair that becomes near between two such
+calls is *offered*, and its contact is predicted for one of the two. A parting pair need not be reported.
 
-Sweep-and-prune knows its pairs only by their history. For such phases there is the *pair set*: ``add_pair``,
+Sweep-and-prune only has its pairs by their history. For such phases there is the *pair set*: ``add_pair``,
 ``remove_pair``, and ``pairs_of``, which answers ``near`` with a body's list. A pair is found by its bodies
-through an open-addressing table (linear probing, deletion by shifting back, no tombstones) and by each of its
-bodies through a list threaded through the pairs' records (``tables.HELD_PAIR``), of which ``firsts[body]`` is
-the head, or -1. Both together cost O(1) a change, and memory grows with the pairs there are, not with the
-pairs there could be. A pair is held once for every ``add_pair`` and leaves with the last ``remove_pair``, so
-a broad phase that finds a pair for several reasons need not count them itself."""
+through an open-addressing table (linear probing, deletion by shifting back, no tombstones), and by each body
+through a list threaded through the pairs' records (``tables.HELD_PAIR``), whose head is ``firsts[body]``, or
+-1. Both together cost O(1) a change, and memory grows with the existing pairs, not with the possible ones. A
+pair is held once for every ``add_pair`` and is removed by the last ``remove_pair``, so a broad phase that
+finds a pair for several reasons need not count them itself."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ from kinetile.kernel.tables import BAD_PAIR, NOBODY, UNKNOWN_PAIR, Kernel, Recor
 
 @hook
 def link(table: Records, firsts: Any, new: int) -> None:
-    """Puts a pair at the head of the lists of its bodies."""
+    """Inserts a pair at the head of the lists of its bodies."""
     record = table[new]
     record.prev_a = -1
     record.prev_b = -1
@@ -30,7 +30,7 @@ def link(table: Records, firsts: Any, new: int) -> None:
 
 @hook
 def _push_front(table: Records, firsts: Any, body: int, new: int) -> int:
-    """Puts a pair at the head of a body's list; returns the former head."""
+    """Inserts a pair at the head of a body's list; returns the former head."""
     head = firsts[body]
     firsts[body] = new
     if head >= 0:
@@ -43,7 +43,7 @@ def _push_front(table: Records, firsts: Any, body: int, new: int) -> int:
 
 @hook
 def unlink(table: Records, firsts: Any, old: int) -> None:
-    """Takes a pair out of the lists of its bodies."""
+    """Removes a pair from the lists of its bodies."""
     record = table[old]
     _take_out(table, firsts, record.a, record.prev_a, record.next_a)
     _take_out(table, firsts, record.b, record.prev_b, record.next_b)
@@ -51,7 +51,7 @@ def unlink(table: Records, firsts: Any, old: int) -> None:
 
 @hook
 def _take_out(table: Records, firsts: Any, body: int, before: int, after: int) -> None:
-    """Takes a pair out of a body's list, given its neighbours there."""
+    """Removes a pair from a body's list, given its neighbours there."""
     if before < 0:
         firsts[body] = after
     elif table[before].a == body:
@@ -74,7 +74,7 @@ def follower(table: Records, body: int, pair: int) -> int:
 
 @hook
 def offer(k: Kernel, a: int, b: int) -> None:
-    """Say that two bodies have become near each other: a looks at b when the hook has returned. O(1)."""
+    """Offers a pair that has become near: after the hook, the kernel predicts its contact for a. O(1)."""
     if a < 0 or a >= k.clock[0].bodies or b < 0 or b >= k.clock[0].bodies or a == b:
         blame(k, BAD_PAIR, a, b)
         return
@@ -83,7 +83,7 @@ def offer(k: Kernel, a: int, b: int) -> None:
 
 @hook
 def pairs_of(k: Kernel, body: int) -> int:
-    """Writes the bodies that are in a pair with a body to ``k.near``; returns how many there are."""
+    """Writes the bodies that are in a pair with a body to ``k.near``; returns their number."""
     table = k.pairs
     if len(k.firsts) == 0:
         return 0
@@ -98,14 +98,14 @@ def pairs_of(k: Kernel, body: int) -> int:
 
 @hook
 def _home(k: Kernel, a: int, b: int) -> int:
-    """Where the probe for a pair begins."""
+    """Returns the first slot of the probe for a pair."""
     mixed = (int(a) * 73856093) ^ (int(b) * 19349663)
     return (mixed ^ (mixed >> 15)) & (len(k.lookup) - 1)
 
 
 @hook
 def _find(k: Kernel, a: int, b: int) -> int:
-    """Returns the slot of the lookup that holds a pair a < b, or the empty one where it would be."""
+    """Returns the slot of the lookup that holds a pair a < b, or the empty slot for it."""
     table = k.pairs
     lookup = k.lookup
     mask = len(lookup) - 1
@@ -117,7 +117,7 @@ def _find(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def add_pair(k: Kernel, a: int, b: int) -> None:
-    """Puts {a, b} into the pair set and offer it, or hold it once more. O(1) expected."""
+    """Inserts {a, b} into the pair set and offers it, or holds it once more. O(1) expected."""
     clock = k.clock[0]
     lists = clock.lists
     if b < a:
@@ -152,7 +152,7 @@ def add_pair(k: Kernel, a: int, b: int) -> None:
 
 @hook
 def remove_pair(k: Kernel, a: int, b: int) -> None:
-    """Takes back one hold on {a, b}; with the last one it leaves the pair set. O(1) expected."""
+    """Removes one hold on {a, b}; the last one removes the pair from the pair set. O(1) expected."""
     lists = k.clock[0].lists
     if b < a:
         a, b = b, a

@@ -1,7 +1,7 @@
-"""Which pairs pass through each other: by the rules of the scene, and now.
+"""Pairs that pass through each other: by the rules of the scene, and at present.
 
-A *passing* is a pair through one image (0, 0 where no axis is periodic): two bodies may be passing through
-each other through several images at a time (docs/specification.md, rules 11 and 11p).
+A *passing* is a pair through one image (0, 0 if no axis is periodic): two bodies may be passing through each
+other through several images at a time (docs/specification.md, rules 11 and 11p).
 """
 
 from kinetile.kernel.compiled import hook
@@ -12,31 +12,31 @@ IS_ELASTIC, IS_PASS, FIRST = range(3)
 """Responses, as rows of ``k.rules`` name them; hooks of responses are numbered from ``FIRST`` on."""
 
 MOST_IMAGES = 4
-"""Images through which two bodies can overlap at a time: each is less wide than a period, so two an axis."""
+"""Images through which two bodies can overlap at a time: each is narrower than a period, so two an axis."""
 
 
 @hook
 def row_of(kinds: int, one: int, other: int) -> int:
-    """Returns the row of the rule for two of ``kinds`` kinds; walls come behind the last kind."""
+    """Returns the row of the rule for two of ``kinds`` kinds; walls come after the last kind."""
     return int(one * (kinds + 1) + other)
 
 
 @hook
 def rule_of(k: Kernel, a: int, b: int) -> int:
-    """Returns the row of the rule for the bodies in two slots, or for one and a wall (b below 0)."""
+    """Returns the row of the rule for the bodies in two slots, or for a body and a wall (b below 0)."""
     kinds = k.clock[0].kinds
     return row_of(kinds, k.traits[a].kind, k.traits[b].kind if b >= 0 else kinds)
 
 
 @hook
 def passes(k: Kernel, a: int, b: int) -> bool:
-    """Whether two bodies pass through each other. Before: the scene has rules."""
+    """Returns True if two bodies pass through each other. Before: the scene has rules."""
     return bool(k.rules[rule_of(k, a, b)].response == IS_PASS)
 
 
 @hook
 def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
-    """Whether two bodies are passing through each other, through this image. O(their shorter list)."""
+    """Returns True if two bodies are passing through each other in this image. O(their shorter list)."""
     body = a if k.traits[a].inside < k.traits[b].inside else b
     pair = k.passers[body]
     while pair >= 0:
@@ -50,7 +50,7 @@ def is_passing(k: Kernel, a: int, b: int, m: int, n: int) -> bool:
 
 @hook
 def counts_from(k: Kernel, a: int, b: int, since: int) -> int:
-    """Returns from how many ticks after a tick on the contacts of two bodies count: of two that pass through
-    each other those that are not past (rule 11), of others all."""
+    """Returns the number of ticks after a tick until the contacts of two bodies count: for two that pass
+    through each other, from now on (rule 11); for others, always."""
     past = k.clock[0].now - since
     return int(past if past > 0 and len(k.rules) > 0 and passes(k, a, b) else 0)

@@ -1,9 +1,9 @@
 """Rest: bodies that one or two supports hold against their accelerations (rules 9r, 8r and 9h).
 
-A plan has the *present* acceleration in ``ax`` and ``ay``, which everything evaluates, and the *whole* one
-beside it; they differ while the body is held. At each event of a body that is no pass it is let go first
-(``let_go``), and a response may have it settle again (``rest``): whether it can, the loop has found out
-before (``responses.consider``), since when a body leaves its support is known to the narrow phase alone.
+A plan has the *present* acceleration in ``ax`` and ``ay``, which all evaluations use, and the *whole* one
+beside it; they differ while the body is held. Each event of a body that is no pass frees it first
+(``let_go``), and a response may have it settle again (``rest``). The loop has decided before whether it can
+(``responses.consider``), because only the narrow phase computes when a body leaves its support.
 """
 
 import math
@@ -13,12 +13,12 @@ from kinetile.kernel.features import RESTING, only_with
 from kinetile.kernel.tables import NEVER, NOBODY, Kernel, Records
 
 NOT, WITH_ANOTHER, ALONE = range(3)
-"""Whether a body may settle at this contact: not; if what has held it holds it too; or so as well."""
+"""Whether a body may settle at this contact: no; only with its former support; or with this one alone."""
 
 
 @hook
 def is_held_by(k: Kernel, body: int, other: int) -> bool:
-    """Whether a body is held by what is in a slot, or by a wall."""
+    """Returns True if a body is held by the body in a slot, or by a wall."""
     plan = k.bodies[body]
     return bool((plan.supports > 0 and plan.support == other) or (plan.supports > 1 and plan.second == other))
 
@@ -26,7 +26,7 @@ def is_held_by(k: Kernel, body: int, other: int) -> bool:
 @only_with(RESTING)
 @hook
 def let_go(k: Kernel, body: int) -> None:
-    """Gives a body its whole acceleration. What has held it is known until ``take_hold``."""
+    """Gives a body its whole acceleration. Its former supports remain stored until ``take_hold``."""
     plan = k.bodies[body]
     plan.was_x = plan.ax
     plan.was_y = plan.ay
@@ -39,7 +39,7 @@ def let_go(k: Kernel, body: int) -> None:
 @only_with(RESTING)
 @hook
 def take_hold(k: Kernel, body: int) -> bool:
-    """Makes true what a response decided on a body let go; returns whether its acceleration has changed."""
+    """Applies a response's decision on a freed body; returns True if its acceleration has changed."""
     plan = k.bodies[body]
     plan.may = NOT
     plan.supports = plan.holds
@@ -85,17 +85,17 @@ def _settles(plan: Records, support: int, mx: float, my: float, slow: float) -> 
 @with_field("whole_x", _settles)
 @hook
 def settles(plan: Records, support: int, mx: float, my: float, slow: float) -> bool:
-    """Have a body settle on a support, the normal from which is given, if it may; return whether it has."""
+    """Makes a body settle on a support, given the normal from it, if it may; returns True if it has."""
     return False
 
 
 @hook
 def rest(k: Kernel, a: int, b: int, nx: float, ny: float, slow: float) -> bool:
-    """Have a body settle on what it meets, of two bodies, or of a body and a wall (b below 0), in a response;
-    return whether it has. The normal is that from a to b, or into the wall.
+    """Makes a body settle on the other one, of two bodies, or of a body and a wall (b below 0), in a
+    response; returns True if it has. The normal is from a to b, or into the wall.
 
-    So rests a body of finite mass on a wall, or on the face of a body of infinite mass and without velocity:
-    it keeps the velocity along that, and is accelerated along that alone, until it is let go (rule 9h). One
+    A body of finite mass rests on a wall, or on the face of a body of infinite mass without velocity: it
+    keeps the velocity along the face, and is accelerated along it alone, until it is freed (rule 9h). A body
     that is no faster than ``slow`` may be held by two. Scenes whose responses have an option ``settle`` have
     supports; in others nothing settles. Before: the two do not close in by more than ``slow``.
     """
@@ -118,7 +118,7 @@ def _pull_of(plan: Records) -> tuple[float, float]:
 
 @hook
 def pull_between(k: Kernel, a: int, b: int) -> tuple[float, float]:
-    """Returns b's present acceleration until this contact less a's; that of a wall (b below 0) is 0."""
+    """Returns b's present acceleration until this contact less a's; for a wall (b below 0) it is 0."""
     x, y = _pull_of(k.bodies[a])
     if b >= 0:
         other_x, other_y = _pull_of(k.bodies[b])

@@ -1,11 +1,11 @@
-"""The skin: the length by which bodies are enlarged for the broad phase, so that rounding cannot change a
+"""The skin: the length that bodies are enlarged by for the broad phase, so that rounding cannot change a
 contact.
 
-Two things move an event: positions are rounded, and so are times, down to a tick. A structure is in order at
-the end of each tick, whatever the speeds, but for the rounding of positions, and a chain of neighbours in a
-sorted list can add that up 2n times. Time's part comes once: what two bodies fly in a tick. The skin covers
-both with room: a pair is a candidate from a gap of 2 delta on (docs/one-answer.md). Contact times never see
-the skin.
+Two roundings move an event: of positions, and of times, down to a tick. A structure is in order at the end of
+each tick, whatever the speeds, except for the rounding of positions. A chain of neighbours in a sorted list
+can add that rounding up 2n times. The rounding of time counts once: the distance that two bodies fly in a
+tick. The skin covers both with room: a pair is a candidate from a gap of 2 delta on (docs/one-answer.md).
+Contact times never use the skin.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ class Skin(NamedTuple):
     """Lengths, all in the scene's unit.
 
     Attributes:
-        eta: how far from zero a gap can be at the tick of its event: by rounding, and by a tick of flight.
+        eta: the distance of a gap from zero at the tick of its event: by rounding, and by a tick of flight.
         delta: the skin itself; a body's reach is its radius plus this.
         theta: an inversion deeper than this at the end of a tick is repaired whatever its rate.
         tolerance: an overlap deeper than this (and 1e-9 of the radii) is a missed contact.
@@ -37,14 +37,14 @@ class Skin(NamedTuple):
     tolerance: float
 
     def fat(self, length: float) -> float:
-        """Returns by how much a lower bound fattens two bodies whose places on the common clock are less than
-        ``length`` from the origin: more than rounding can move them (docs/one-answer.md)."""
+        """Returns the length that a lower bound fattens two bodies by, whose places on the common clock are
+        less than ``length`` from the origin: more than rounding can move them (docs/one-answer.md)."""
         return 64.0 * (ULP * length + self.eta)
 
     @classmethod
     def of(cls, bodies: int, extent: float, speed: float, tick: float, margin: float = 0.0) -> "Skin":
-        """Returns the skin of n bodies within ``extent`` of the origin and never faster than ``speed``, whose
-        shadows are off by ``margin`` at most (``kernel.chords``)."""
+        """Returns the skin of n bodies within ``extent`` of the origin, never faster than ``speed``, whose
+        shadows are wrong by ``margin`` at most (``kernel.chords``)."""
         rounding = 16.0 * ULP * extent
         flight = 2.0 * speed * tick
         return cls(
@@ -56,10 +56,10 @@ class Skin(NamedTuple):
 
 
 def too_thick(broad_phase: str, delta: float, limit: float) -> TooThick:
-    """Returns the error of a broad phase that is only right with a thinner skin."""
+    """Returns the error of a broad phase that is only correct with a thinner skin."""
     return TooThick(
         f"{broad_phase} is right only while the skin around bodies is thin, at most {limit:.3g} here, and "
-        f"rounding asks for {delta:.3g}: choose another broad phase, or a scene with less range in size, "
+        f"rounding requires {delta:.3g}: choose another broad phase, or a scene with less range in size, "
         "mass or speed"
     )
 
@@ -74,16 +74,16 @@ def _reach_of_shape(body: Records, side: int, skin: float) -> float:
 @with_shapes(_reach_of_shape)
 @hook
 def reach_to(body: Records, side: int, skin: float) -> float:
-    """Returns how far a body reaches to a side, the skin included: 0 to the left, 1 right, 2 down, 3 up.
+    """Returns the reach of a body to a side, the skin included: 0 to the left, 1 right, 2 down, 3 up.
 
-    Where all bodies are discs that is ``body.reach``, and a loop is compiled with this alone. ``skin`` is
+    If all bodies are discs, this is ``body.reach``, and a loop is compiled with this alone. ``skin`` is
     ``k.clock[0].limits.skin``.
     """
     return float(body.reach)
 
 
 def reaches_of(k: Kernel) -> Floats:
-    """Returns (n, 4) what ``reach_to`` does, of all bodies: left, right, down, up; not for hooks."""
+    """Returns (n, 4) ``reach_to`` of all bodies: left, right, down, up; not for hooks."""
     bodies = k.bodies.view(np.ndarray)
     if "left" not in bodies.dtype.names:
         return np.asarray(np.repeat(bodies["reach"][:, None], 4, axis=1))
@@ -91,8 +91,8 @@ def reaches_of(k: Kernel) -> Floats:
 
 
 def box_gaps(between: Iterable[Floats], one: Floats, other: Floats) -> Floats:
-    """Returns (m, n) how far m upright boxes and n others are apart, along x or y, whichever is more; below 0
-    where they overlap.
+    """Returns (m, n) gaps between m upright boxes and n others, along x or y, whichever gap is larger; below
+    0 where they overlap.
 
     ``between`` are two (m, n) tables of differences of places, one less the other; ``one`` and ``other`` are
     (m, 4) and (n, 4) reaches.

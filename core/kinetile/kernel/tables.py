@@ -1,17 +1,17 @@
 """The kernel's memory: arrays of records, packed in one named tuple that every hook receives as ``k``.
 
 Records, not separate arrays: a body fits one cache line, and passing many arrays by value costs more than the
-work done on them. Counts and lengths that change live in the one-record tables ``clock`` and ``counts``,
-because a named tuple cannot be changed in place. The clock has records within it, one for each of its
-purposes: ``k.clock[0].limits.width``.
+work on them. Counts and lengths that change are in the one-record tables ``clock`` and ``counts``, because a
+named tuple cannot be changed in place. The clock contains a record for each of its purposes:
+``k.clock[0].limits.width``.
 
-The queue has one entry a body, the first of what awaits it: the structural certificate which the broad phase
-has given it, its first contact with another body (a *guess*, a lower bound, until it is at the head of the
-queue and is computed exactly), or its contact with a wall (``kernel.loop.predictions``).
+The queue has one entry per body, with the first event that the body awaits: the failure of its structural
+certificate from the broad phase, its first contact with another body (a *guess*, a lower bound, until it is
+at the head of the queue and is computed exactly), or its contact with a wall (``kernel.loop.predictions``).
 
-Bodies come and go. A body is in a *slot*, its place in every table of bodies, and has a *number*, by
-which it is known outside: in the log, in the order of events of one tick, and to the user. A slot that a
-body has left is taken by a later one; a number is never used twice. Hooks use slots only.
+Bodies are inserted and removed. A body has a *slot*, its index in every table of bodies, and a *number*, its
+name outside: in the log, in the order of events of one tick, and to the user. Later bodies reuse the slots of
+removed ones; a number is never used twice. Hooks use slots only.
 """
 
 import mmap
@@ -39,31 +39,31 @@ NEVER = 2**63 - 1
 """The failure time of a certificate that will not fail."""
 
 TAKEN_OUT = NEVER - 1
-"""The key of a body that has been taken out of the calendar, and is filed again when it is settled."""
+"""The key of a body that has been removed from the calendar, and is filed again when its entry is settled."""
 
 NOT_ASKED = -(2**63)
-"""The tick of a wall contact that is not computed yet: no wall is reached by the tick that the body is filed
-under, nor within ``calendar.SOON`` ticks after it, as the narrow phase for walls has said."""
+"""The tick of a wall contact that is not computed yet: by the narrow phase for walls, the body reaches no
+wall by the tick of its key, nor within ``calendar.SOON`` ticks after it."""
 
 NOBODY = -1
 
 LONG_AGO = -(1 << 62)
-"""The earliest tick that the tables keep as the clock's base moves, and that of what has not happened yet."""
+"""The earliest tick that the tables keep as the clock's base moves; and the past tick of no event."""
 
 CHORD, STRUCTURAL, GUESS, COMMANDED, WALL, PAIR, PARTING = -2, *range(6)
-"""What an entry of the queue is, in the order in which events of one tick run."""
+"""Kinds of entries of the queue, ordered as events of one tick run."""
 
 BEAT_DUE, PASSING_BEGINS = -1, 6
-"""Kinds of the next event that no entry has: a beat, at which old plans are anchored again
-(``kernel.images``), after structural events; and the beginning of a passing, whose entry is a ``PAIR``."""
+"""Kinds of the next event that no entry has: a beat, which anchors old plans again (``kernel.images``), after
+structural events; and the beginning of a passing, whose entry is a ``PAIR``."""
 
 
 class Quantity(Enum):
-    """What a field is. The first three are ticks, which move with the clock's base."""
+    """The meaning of a field. The first three are ticks, which move with the clock's base."""
 
     TICK = auto()
-    PAST = auto()  # the tick of what has happened, or LONG_AGO
-    DUE = auto()  # the tick of what is to happen, or NEVER
+    PAST = auto()  # the tick of a past event, or LONG_AGO
+    DUE = auto()  # the tick of a future event, or NEVER
     SLOT = auto()  # of a body, or NOBODY; saved as the body's number
     PARTNER = auto()  # the same, or a wall
     NUMBER = auto()  # of a body, or NOBODY, or a wall
@@ -74,12 +74,12 @@ class Quantity(Enum):
 
 
 class Role(Enum):
-    """What becomes of a field when tables are made again, in this run or in one that goes on from a file."""
+    """The fate of a field when tables are made again, in this run or in one that resumes from a file."""
 
     CARRIED = auto()  # taken over and saved; equal under all phases
     COST = auto()  # taken over and saved; depends on the structure
     KEPT = auto()  # taken over, and not saved
-    DERIVED = auto()  # follows from the scene, the phases and what is carried
+    DERIVED = auto()  # follows from the scene, the phases and the carried fields
 
 
 TICK, PAST, DUE, SLOT, PARTNER, NUMBER, KIND, SHAPE, COUNT, VALUE = Quantity
@@ -90,7 +90,7 @@ _NONE = {PAST: LONG_AGO, DUE: NEVER} | dict.fromkeys((SLOT, PARTNER, NUMBER, SHA
 
 
 class Field(NamedTuple):
-    """A field as it is declared; that of a record within a record is called "record.field"."""
+    """A declared field; a field of a record within a record has the name "record.field"."""
 
     name: str
     form: Any
@@ -103,8 +103,8 @@ _DECLARED: dict[np.dtype[Any], tuple[Field, ...]] = {}
 
 def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
     """Returns the type of records with these fields: names, a form, a quantity and a role, or the name of a
-    record within it and its type. From these declarations follow what is saved and compared, how ticks move,
-    and which values a file may have. Raises TypeError for a field without."""
+    record within it and its type. These declarations decide which fields are saved and compared, how ticks
+    move, and which values a file may have. Raises TypeError for a field without them."""
     named = [(name, *row[1:]) for row in rows for name in row[0].split()]
     dtype, fields = np.dtype([row[:2] for row in named], align=align), list[Field]()
     for name, form, *text in named:
@@ -119,21 +119,21 @@ def record(*rows: tuple[Any, ...], align: bool = True) -> np.dtype[Any]:
 
 @cache
 def declared(dtype: np.dtype[Any], *which: Quantity | Role) -> tuple[Field, ...]:
-    """Returns the fields of a record, all or those of some quantities or roles; none of another array."""
+    """Returns the fields of a record, all or only some quantities or roles; () for another array."""
     fields = _DECLARED.get(dtype, ())
     return tuple(each for each in fields if not which or each.quantity in which or each.role in which)
 
 
 BODY = record(
     (FIELDS, "f8", VALUE, CARRIED),
-    ("anchor", "i8", TICK, CARRIED),  # the tick at which x and y hold
-    ("reach", "f8", VALUE, DERIVED),  # radius + skin: what broad phases use
-    ("radius", "f8", VALUE, CARRIED),  # what contact times use
+    ("anchor", "i8", TICK, CARRIED),  # the tick of x and y
+    ("reach", "f8", VALUE, DERIVED),  # radius + skin, for broad phases
+    ("radius", "f8", VALUE, CARRIED),  # for contact times
     ("last", "i4", SLOT, CARRIED),  # the partner of the contact that made this plan, or NOBODY
     ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
 )
 SIDES = record(("left right down up", "f8", VALUE, DERIVED), align=False)
-"""How far a body reaches to each side, where not all are discs (rule 6s)."""
+"""The reach of a body to each side, unless all bodies are discs (rule 6s)."""
 
 FORM = record(
     *declared(SIDES),
@@ -147,11 +147,11 @@ SHAPED = record(
     *declared(SIDES),
     ("form", "i8", SHAPE, CARRIED),  # its shape: the place in the table of shapes
 )
-"""A body where not all are discs. Its ``radius`` is that of the circle that holds it."""
+"""A body, unless all are discs. Its ``radius`` is the radius of the circle around it."""
 
 PULLS = (
     ("ax ay", "f8", VALUE, CARRIED),
-    ("end", "i8", DUE, DERIVED),  # of the present chord (``kernel.chords``), or NEVER: it is no chord
+    ("end", "i8", DUE, DERIVED),  # of the present chord (``kernel.chords``), or NEVER without one
     ("span", "i8", COUNT, DERIVED),  # how many ticks a chord of this acceleration lasts
 )
 ACCELERATED_BODY = record(*declared(BODY), *PULLS)
@@ -165,7 +165,7 @@ RESTS = (
     ("was_x was_y", "f8", VALUE, DERIVED),  # the present acceleration until this event
     ("ledge", "i8", DUE, CARRIED),  # when it leaves its support
     ("support second", "i4", PARTNER, CARRIED),  # bodies or walls that hold it,
-    ("supports", "i4", COUNT, CARRIED),  # and how many they are; left is NOBODY as well
+    ("supports", "i4", COUNT, CARRIED),  # and their number: the wall LEFT has the value of NOBODY
     ("holds", "i4", COUNT, DERIVED),  # how many a response has decided on
     ("may", "i4", VALUE, DERIVED),  # whether it may settle at this contact (``kernel.rest``)
     ("freed", "i4", SLOT, DERIVED),  # the next one in the list of those that a support has let go
@@ -182,8 +182,8 @@ ENTRY = record(
     ("wall", "i8", DUE, DERIVED),  # its contact with a wall, or NOT_ASKED
     ("guard", "i8", DUE, DERIVED),  # every other contact of the body is not before this
     ("partner", "i4", SLOT, DERIVED),  # the body that it meets at tick
-    ("seen", "i4", COUNT, DERIVED),  # the partner's stamp when this was worked out
-    ("kind", "i4", VALUE, DERIVED),  # what the key is, from CHORD to PARTING
+    ("seen", "i4", COUNT, DERIVED),  # the partner's stamp when this was computed
+    ("kind", "i4", VALUE, DERIVED),  # the kind of the key, from CHORD to PARTING
     ("exact", "i4", VALUE, DERIVED),  # whether tick is exact
     ("number", "i4", NUMBER, CARRIED),  # of the body in this slot, or NOBODY: the slot is empty
     ("spare", "i4", VALUE, DERIVED),  # a record is a cache line
@@ -199,15 +199,15 @@ HELD_PAIR = record(
     align=False,
 )
 TRAIT = record(
-    ("leave", "i8", DUE, DERIVED),  # when the first pair parts in which the body passes through a younger one
+    ("leave", "i8", DUE, DERIVED),  # when the first pair parts with the body as its elder
     ("touched", "i8", PAST, CARRIED),  # the tick of its last contact without passing through the other
     ("kind", "i4", KIND, CARRIED),
     ("inside", "i4", COUNT, DERIVED),  # how many bodies it is passing through
 )
 RULE = record(
-    ("response", "i8", VALUE, DERIVED),  # ELASTIC, PASS, or which hook of those that are composed
+    ("response", "i8", VALUE, DERIVED),  # ELASTIC, PASS, or the number of a composed hook
     ("first second third fourth", "f8", VALUE, DERIVED),  # the response's own numbers
-    ("contact_time", "f8", VALUE, DERIVED),  # how long what is pressed together stays apart; 0: the default
+    ("contact_time", "f8", VALUE, DERIVED),  # the time between contacts of pressed bodies; 0: the default
     align=False,
 )
 PASSING = record(
@@ -221,14 +221,14 @@ COMMAND = record(
     ("tick", "i8", TICK, CARRIED),
     (f"{FIELDS} radius mass", "f8", VALUE, CARRIED),
     ("body", "i4", NUMBER, CARRIED),  # the body's number
-    ("code", "i4", VALUE, CARRIED),  # what is to be done (kinetile.kernel.log)
+    ("code", "i4", VALUE, CARRIED),  # its kind (kinetile.kernel.log)
     ("after", "i8", COUNT, CARRIED),  # after this many contacts of its tick
     ("ax ay", "f8", VALUE, CARRIED),  # of an inserted body, or the new one
     ("kind", "i4", KIND, CARRIED),
-    ("overtakes", "i4", COUNT, CARRIED),  # planned ones of its tick that came after it (a history's alone)
+    ("overtakes", "i4", COUNT, CARRIED),  # planned ones of its tick that were given later (a history's alone)
     ("form", "i4", VALUE, CARRIED),  # the shape of an inserted body, where not all are discs
     ("has_room", "i4", VALUE, CARRIED),  # whether it is known to have room
-    ("lifetime", "f8", VALUE, CARRIED),  # of a body inserted by hand; 0: it has none
+    ("lifetime", "f8", VALUE, CARRIED),  # of a body inserted by hand; 0: without one
 )
 ROW = record(
     ("tick", "i8", VALUE, DERIVED),  # rows are taken over before the clock's base moves
@@ -242,14 +242,14 @@ IMAGE = record(
 )
 LIMITS = record(
     ("width height", "f8", VALUE, DERIVED),  # of the arena
-    ("skin", "f8", VALUE, DERIVED),  # what a body's reach has over its radius
+    ("skin", "f8", VALUE, DERIVED),  # a body's reach less its radius
     ("margin", "f8", VALUE, DERIVED),  # how much of the skin is for chords (``kernel.chords``)
     ("theta", "f8", VALUE, DERIVED),  # an inversion deeper than this at the end of a tick is repaired at once
     ("tolerance", "f8", VALUE, DERIVED),  # an overlap deeper than this is a missed contact
     ("span", "i8", VALUE, DERIVED),  # how far from the clock's origin the rows of places are used
-    ("fat", "f8", VALUE, DERIVED),  # by how much a lower bound fattens two bodies
-    ("least widest", "f8", VALUE, DERIVED),  # the range of radii for which the broad phase was prepared
-    ("speed2", "f8", VALUE, DERIVED),  # the square of a speed that no body is to exceed
+    ("fat", "f8", VALUE, DERIVED),  # the length that a lower bound fattens two bodies by
+    ("least widest", "f8", VALUE, DERIVED),  # the range of radii of the prepared broad phase
+    ("speed2", "f8", VALUE, DERIVED),  # the square of the largest allowed speed
     ("faster", "i8", VALUE, DERIVED),  # whether a response has made one faster
 )
 LISTS = record(
@@ -258,7 +258,7 @@ LISTS = record(
     ("freed", "i8", SLOT, DERIVED),  # head of the list of bodies that a support has let go, or NOBODY
     ("pairs", "i8", COUNT, DERIVED),  # of the pair set
     ("free_pair", "i8", VALUE, DERIVED),  # head of the free list of its records
-    ("wanted", "i8", COUNT, DERIVED),  # pairs for which there was no room: grow the tables and build again
+    ("wanted", "i8", COUNT, DERIVED),  # pairs without room: grow the tables and build again
     ("passings", "i8", COUNT, DERIVED),  # pairs that are passing through each other
     ("free_passing", "i8", VALUE, DERIVED),  # head of the free list of their records
     ("logged", "i8", COUNT, KEPT),
@@ -268,18 +268,18 @@ LISTS = record(
     ("commands", "i8", COUNT, DERIVED),
 )
 TORUS = record(
-    ("x y", "f8", VALUE, DERIVED),  # the period of an axis; 0 where it has none
+    ("x y", "f8", VALUE, DERIVED),  # the period of an axis; 0 without one
     ("per_x per_y", "f8", VALUE, DERIVED),  # and its inverse, or 0
     ("half_x half_y", "f8", VALUE, DERIVED),  # half of it, or infinite
     ("m n", "i8", VALUE, DERIVED),  # the image of the contact that was computed last
-    ("foreseen", "i8", VALUE, DERIVED),  # ticks after the later anchor from which on no contact is predicted
-    ("right up", "f8", VALUE, DERIVED),  # what the image of the present contact adds to the separation
-    ("beat", "i8", TICK, CARRIED),  # the tick at which old plans are anchored next
-    ("number", "i8", COUNT, CARRIED),  # of the body to be looked at next, at that tick
+    ("foreseen", "i8", VALUE, DERIVED),  # ticks after the later anchor that limit predictions
+    ("right up", "f8", VALUE, DERIVED),  # the image's addition to the separation at this contact
+    ("beat", "i8", TICK, CARRIED),  # the next tick for anchoring old plans
+    ("number", "i8", COUNT, CARRIED),  # of the next body to test, at that tick
 )
 CALENDAR = record(
     ("shift", "i8", VALUE, DERIVED),  # a slice is 2^shift ticks long
-    ("slice", "i8", VALUE, DERIVED),  # the slice in which the head is sought: nothing is filed before it
+    ("slice", "i8", VALUE, DERIVED),  # the slice of the search for the head: nothing is filed before it
     ("filed", "i8", VALUE, DERIVED),  # whether the bodies are filed
 )
 JAM = record(
@@ -288,18 +288,18 @@ JAM = record(
     ("window", "i8", COUNT, CARRIED),  # contacts since the last look at the rate
     ("window_size", "i8", COUNT, DERIVED),
     ("window_tick", "i8", PAST, CARRIED),
-    ("answered", "f8", VALUE, CARRIED),  # what contacts had added to the energy before the window
+    ("answered", "f8", VALUE, CARRIED),  # energy that contacts had added before the window
 )
 STOPS = record(
     ("watching", "i8", VALUE, KEPT),  # whether contacts are watched
-    ("before", "i8", VALUE, KEPT),  # whether to stop before what is watched, and not after it
+    ("before", "i8", VALUE, KEPT),  # whether to stop before a watched contact, not after it
     ("due", "i8", VALUE, KEPT),  # whether to stop now, because of
-    ("row", "i8", VALUE, KEPT),  # a contact in this row of ``met``, where it has happened,
+    ("row", "i8", VALUE, KEPT),  # a contact in this row of ``met``, if it has happened,
     ("tick", "i8", PAST, CARRIED),  # at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
 NEXT_EVENT = record(("tick", "i8", TICK, DERIVED), ("kind a b", "i8", VALUE, DERIVED))
-"""What comes next: a kind as entries have it or a command's code; numbers of bodies, ``b`` or NOBODY."""
+"""The next event: a kind as in entries, or a command's code; numbers of bodies, ``b`` or NOBODY."""
 
 FAULT_RECORD = record(("code", "i8", COUNT, CARRIED), ("a b", "i8", PARTNER, CARRIED))
 CLOCK = record(
@@ -307,8 +307,8 @@ CLOCK = record(
     ("tick", "f8", VALUE, DERIVED),  # length of a tick in the scene's time
     ("per_time", "f8", VALUE, DERIVED),  # ticks in one unit of the scene's time
     ("epoch", "i8", VALUE, KEPT),  # whole units from the start to tick 0 (records have an attribute "base")
-    ("origin", "i8", TICK, DERIVED),  # the tick at which the rows of places hold
-    ("bodies", "i8", COUNT, DERIVED),  # slots that have been used: those behind them are empty
+    ("origin", "i8", TICK, DERIVED),  # the tick of the rows of places
+    ("bodies", "i8", COUNT, DERIVED),  # slots that have been used: later ones are empty
     ("present", "i8", COUNT, DERIVED),  # bodies in the scene now
     ("kinds", "i8", COUNT, DERIVED),  # of bodies
     ("built", "i8", VALUE, DERIVED),
@@ -328,23 +328,23 @@ CLOCK = record(
     ("stops", STOPS),  # at contacts that are watched
     ("torus", TORUS),  # where axes are periodic (``kernel.images``)
     ("fault", FAULT_RECORD),  # the first one, of bodies a and b
-    ("next", NEXT_EVENT),  # written where the loop looks ahead and runs nothing
+    ("next", NEXT_EVENT),  # written when the loop stops before an event
 )
 COUNTS = record(
     ("contacts_disc contacts_wall turns inserted removed", "i8", COUNT, CARRIED),
     ("structural", "i8", COUNT, COST),
-    ("asks", "i8", COUNT, COST),  # times that a body's partners were looked at
-    ("asked", "i8", COUNT, COST),  # partners looked at
-    ("newcomers", "i8", COUNT, COST),  # bodies that a hook said have become near another
-    ("exact", "i8", COUNT, COST),  # contact times worked out exactly
+    ("asks", "i8", COUNT, COST),  # times that a body's partners were compared
+    ("asked", "i8", COUNT, COST),  # partners compared
+    ("newcomers", "i8", COUNT, COST),  # bodies that a hook reported as newly near
+    ("exact", "i8", COUNT, COST),  # contact times computed exactly
     ("updated", "i8", COUNT, COST),  # structural certificates set again
     ("queued", "i8", COUNT, DERIVED),
     ("queue_max pairs_max", "i8", COUNT, COST),
-    ("logged", "i8", COUNT, COST),  # events that changed a plan, but for anchorings in time that is skipped
+    ("logged", "i8", COUNT, COST),  # events that changed a plan, except anchorings in skipped time
     ("late", "i8", COUNT, COST),
     ("deepest", "f8", VALUE, CARRIED),
     ("commanded_energy", "f8", VALUE, CARRIED),  # energy that commands have added
-    ("answered_energy", "f8", VALUE, CARRIED),  # energy that contacts have added which do not conserve it
+    ("answered_energy", "f8", VALUE, CARRIED),  # energy added by contacts that do not conserve it
     ("passings", "i8", COUNT, CARRIED),  # times two bodies began to pass through each other
 )
 
@@ -357,14 +357,14 @@ CARRIED_ROWS = {
     "counts": COUNTS,
     "clock": record(*declared(CLOCK, CARRIED), align=False),
 }
-"""What is carried: the flight plan of each body with what belongs to it, the pairs that pass through each
-other, the commands that wait, the counts, the clock. Slots are numbers of bodies in it."""
+"""The carried tables: the flight plan of each body with its other values, the pairs that pass through each
+other, the waiting commands, the counts, the clock. In them slots are numbers of bodies."""
 
 NEGATIVE_PARTNERS = np.array(sorted(WALLS), np.int32)
-"""The walls, and NOBODY: behind the places of slots they are what an index below 0 finds."""
+"""The walls, and NOBODY: appended to the places of slots, an index below 0 finds them."""
 
 OFFERS = 1 << 10
-"""Offers that a hook may leave behind; with more, every body is refreshed."""
+"""Offers that a hook may leave behind; if there are more, every body is refreshed."""
 
 MANY_BODIES = 1 << 15
 """Bodies. For more there are more slices, since the look-ahead fetches in vain for bodies of a later year."""
@@ -373,13 +373,13 @@ PAGE = 1 << 21
 """Bytes of a large page."""
 
 ON_LARGE_PAGES = 1 << 17
-"""Bytes from which on a table is on large pages: those of smaller scenes gain nothing."""
+"""The least bytes of a table on large pages: smaller scenes gain nothing."""
 
 FOUND = 16
 """Bodies that the look-ahead remembers."""
 
 SPARE = 64
-"""Places in ``near`` beyond the bodies: hooks that write eight at a time may go over the end."""
+"""Places in ``near`` beyond the bodies: hooks that write eight at a time may write past the end."""
 
 
 class Kernel(NamedTuple):
@@ -396,28 +396,28 @@ class Kernel(NamedTuple):
     links: Records  # (n + 1,) the calendar: which bodies are beside each in its ring (~ring, and n)
     rings: Records  # (2^m,) the first body of each slice, or n
     marks: Records  # a bit for each ring: set if it is not empty
-    found: Records  # the bodies that the look-ahead has found last, and the partners that it has for them
-    numbers: Records  # float64, those that the narrow phase of two bodies has given (``PairParts.numbers``)
+    found: Records  # the last bodies that the look-ahead has found, and their partners
+    numbers: Records  # float64, from the narrow phase of two bodies (``PairParts.numbers``)
     near: Records  # the answer of ``near`` and ``repair``: numbers of bodies
     offers: Records  # bodies and pairs that a hook has left to be looked at
     pairs: Records  # the pair set: its records,
     lookup: Records  # its hash table,
     firsts: Records  # (n,) and the head of each body's list; empty where the phase keeps none
     images: Records  # (n,) periods and images; empty unless an axis is periodic
-    traits: Records  # (n,) what responses need of a body; this and the next three are empty without them
-    rules: Records  # (kinds * (kinds + 1),) what happens where a kind meets a kind, or (last) a wall
+    traits: Records  # (n,) for responses; this and the next three are empty without responses
+    rules: Records  # (kinds * (kinds + 1),) the rule for two kinds, or (last) for a kind and a wall
     passings: Records  # the pairs that are passing through each other, a the elder of the two
-    passers: Records  # (n,) the head of each body's list of them
-    commands: Records  # those of the present span of the clock, in their order
+    passers: Records  # (n,) the head of each body's list of passings
+    commands: Records  # commands of the present span of the clock, in their order
     watch: Records  # for each number of a body how to stop at its contacts; this and the next two are
     watched: Records  # empty before the first run that stops at contacts: the pairs, by numbers,
     watched_kinds: Records  # and how to stop where such kinds meet, as in ``rules``
     slots: Records  # for each number of a body its slot, or NOBODY: it has left, or is still to come
-    shadows: Records  # (n,) the straight plans that a broad phase sees, where some are accelerated, and
+    shadows: Records  # (n,) the straight plans for a broad phase, where some are accelerated, and
     shadow_places: Records  # (n,) their places at the common clock (``kernel.chords``), and
     pulls: Records  # (n,) the accelerations, and when chords end, by the common clock; else empty
     met: Records  # the log of contacts, as it is digested
-    log: Records  # every event with the plans after it, where somebody reads that; else it may be empty
+    log: Records  # every event with the plans after it; may be empty if nobody reads it
     clock: Records
     counts: Records
 
@@ -431,11 +431,11 @@ def record_table(dtype: np.dtype[Any], length: int) -> Records:
 
 
 def _zeroed(size: int) -> npt.NDArray[np.uint8]:
-    """Returns zeroed bytes: on large pages, where the system has such and the table is not small. Events read
-    a table here and there, and with small pages the processor has to look up where each is as well."""
+    """Returns zeroed bytes: on large pages, if the system has them and the table is not small. Events read a
+    table at scattered places, and with small pages each one's address has to be looked up, too."""
     global _rest
     if size >= ON_LARGE_PAGES:
-        with suppress(AttributeError, OSError, OverflowError), _one_at_a_time:  # none, or no memory
+        with suppress(AttributeError, OSError, OverflowError), _one_at_a_time:  # no such pages, or no memory
             if size > len(_rest):
                 pages = mmap.mmap(-1, size + -size % PAGE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
                 pages.madvise(mmap.MADV_HUGEPAGE)
@@ -448,13 +448,12 @@ def _zeroed(size: int) -> npt.NDArray[np.uint8]:
     return np.zeros(size, dtype=np.uint8)
 
 
-_rest = np.zeros(0, dtype=np.uint8)  # of the last large page: tables that do not fill one share it
+_rest = np.zeros(0, dtype=np.uint8)  # the rest of the last large page, which small tables share
 _one_at_a_time = Lock()
 
 
 def equal(number: float, length: int) -> Floats:
-    """Returns a column of equal numbers that takes the memory of one: each element is the same eight
-    bytes."""
+    """Returns a column of equal numbers with the memory of one: all elements are the same eight bytes."""
     return as_strided(np.full(1, number), (length,), (0,))
 
 
@@ -462,7 +461,7 @@ _EMPTY: dict[str, Any] = {"forms": FORM, "pairs": HELD_PAIR, "images": IMAGE, "t
 _EMPTY |= {"passings": PASSING, "commands": COMMAND, "watched": OFFER, "log": ROW, "numbers": np.float64}
 _EMPTY |= {"lookup": np.int32, "firsts": np.int32, "passers": np.int32}
 _EMPTY |= {"watch": np.uint8, "watched_kinds": np.uint8}
-"""The tables that have no rows at first, and what is in them."""
+"""The names of the tables without rows at first, and their types."""
 
 
 def allocate(
@@ -549,13 +548,12 @@ def clear(k: Kernel) -> None:
 
 
 def fields_in(dtype: np.dtype[Any]) -> list[str]:
-    """Returns the names of a record's fields, "record.field" of one within it; none of plain numbers."""
+    """Returns the names of a record's fields, "record.field" for one within it; [] for plain numbers."""
     return [each.name for each in declared(dtype)] or [*(dtype.names or ())]
 
 
 def column(table: Records, name: str) -> np.ndarray[Any, Any]:
-    """Returns the column of a field, by the name that ``Field`` and ``fields_in`` have: a view, not a
-    copy."""
+    """Returns the column of a field, by its name in ``Field`` and ``fields_in``: a view, not a copy."""
     found: np.ndarray[Any, Any] = table.view(np.ndarray)
     for each in [name] if name in (found.dtype.names or ()) else name.split("."):
         found = found[each]
@@ -563,7 +561,7 @@ def column(table: Records, name: str) -> np.ndarray[Any, Any]:
 
 
 def begun(table: Records) -> Records:
-    """Returns a zeroed table after each of its fields has got the value that stands for nothing."""
+    """Returns a zeroed table after writing each field's value for "nothing"."""
     for name, _, quantity, _ in declared(table.dtype, *_NONE):
         column(table, name)[...] = _NONE[quantity]
     return table
@@ -575,8 +573,8 @@ def compared(table: Records) -> list[str]:
 
 
 def copy_carried(source: Records, target: Records, places: npt.NDArray[np.int32]) -> None:
-    """Copies the carried fields of a table that another one has too. ``places`` has the number of the body in
-    each slot, or the slot of each number, and then ``NEGATIVE_PARTNERS``."""
+    """Copies the carried fields that two tables share. ``places`` has the number of the body in each slot, or
+    the slot of each number, and then ``NEGATIVE_PARTNERS``."""
     source, target = source.view(np.ndarray), target.view(np.ndarray)
     for name, _, quantity, _ in _in_both(source.dtype, target.dtype) if len(source) and len(target) else ():
         values, slots = column(source, name), quantity in (SLOT, PARTNER)
@@ -590,7 +588,7 @@ def _in_both(source: np.dtype[Any], target: np.dtype[Any]) -> list[Field]:
 
 
 def read_only(tables: Tables) -> Tables:
-    """Returns a named tuple of arrays, each as a view that can only be read."""
+    """Returns a named tuple of arrays, each as a read-only view."""
     views = [array.view() for array in tables]
     for view in views:
         view.flags.writeable = False
@@ -617,13 +615,13 @@ def blame(k: Kernel, fault: int, a: int, b: int) -> None:
 
 @hook
 def is_there(k: Kernel, body: int) -> bool:
-    """Whether there is a body in a slot."""
+    """Returns True if a slot has a body."""
     return bool(k.queue[body].number >= 0)
 
 
 @hook
 def elder(k: Kernel, a: int, b: int) -> int:
-    """Returns which of the bodies in two slots has the smaller number; the other one is in a + b - elder."""
+    """Returns the slot, of two, whose body has the smaller number; the other slot is a + b - elder."""
     return a if k.queue[a].number < k.queue[b].number else b
 
 
@@ -637,4 +635,4 @@ def slots_taken(k: Kernel) -> npt.NDArray[np.intp]:
     """Returns the slots with bodies in them, in the order of the bodies' numbers; not for hooks."""
     number: Any = k.queue.view(np.ndarray)["number"]
     taken = np.flatnonzero(number >= 0)
-    return taken[np.argsort(number[taken], kind="stable")]  # in order, but for a few
+    return taken[np.argsort(number[taken], kind="stable")]  # in order, except for a few

@@ -1,10 +1,10 @@
-"""The toolbox of plugin authors: everything a hook may call, in one place.
+"""The toolbox of plugin authors: everything that a hook may call, in one place.
 
-Built-in phases use this package and nothing else of the kernel (an import contract holds that): what most
-phases need is here, exact ticks of contacts are in ``toolbox.ticks``, vectors of eight in ``toolbox.lanes``.
+Built-in phases use this package and nothing else of the kernel (an import contract enforces this). The usual
+functions are here, exact ticks of contacts in ``toolbox.ticks``, vectors of eight in ``toolbox.lanes``.
 
-A hook receives the kernel's tables as ``k`` (see ``kinetile.kernel.tables``) and, in a broad phase, its
-own state as ``s``.
+A hook receives the kernel's tables as ``k`` (see ``kinetile.kernel.tables``) and, in a broad phase, its own
+state as ``s``.
 """
 
 from typing import TYPE_CHECKING

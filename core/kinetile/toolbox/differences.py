@@ -1,8 +1,8 @@
 """The differences of shapes, as rows of doubles for the kernel's certificate of convex bodies.
 
-For each two shapes of which a body has one and another body the other, the corners and faces of the first
-core less the second are worked out in rationals, once (``kinetile.scene.differences``). A difference of two
-doubles is the sum of two doubles, exactly, so corners are; and a face is along an edge of one of the cores.
+For each two shapes of two bodies, the corners and faces of the first core less the second are computed in
+rationals, once (``kinetile.scene.differences``). A difference of two doubles is exactly the sum of two
+doubles, so the corners are stored exactly; and each face is along an edge of one of the cores.
 """
 
 import math
@@ -26,19 +26,19 @@ DISC = ((0.0, 0.0),)
 
 
 def circle_around(outline: Outline) -> float:
-    """Returns the radius of a circle around the reference point that holds an outline."""
+    """Returns the radius of a circle around the reference point that contains an outline."""
     core, radius = outline
     return radius + max(math.hypot(*corner) for corner in core) * (1.0 + 2.0**-40)
 
 
 MOST = 40_000
-"""Differences that a scene can have: some seconds, and 100 MB."""
+"""The most differences of a scene: some seconds, and 100 MB."""
 
 
 def difference_table(shapes: tuple[Shape, ...], pairs: Iterable[tuple[int, int]]) -> Floats:
-    """Returns the table for pairs of shapes, by their numbers: how many shapes there are, where the row of
-    the difference of shape i less shape j begins, at 1 + i len(shapes) + j, or 0 where there is none, and the
-    rows (``kinetile.kernel.certificates.shapes_exactly``)."""
+    """Returns the table for pairs of shapes, by their numbers: the number of shapes; the first index of the
+    row of shape i less shape j, at 1 + i len(shapes) + j, or 0 without one; and the rows
+    (``kinetile.kernel.certificates.shapes_exactly``)."""
     wanted = sorted(set(pairs))
     if len(wanted) > MOST:
         raise Refused(
@@ -62,7 +62,7 @@ def _table(shapes: tuple[Shape, ...], wanted: tuple[tuple[int, int], ...]) -> Fl
 
 @lru_cache(maxsize=4096)
 def difference_row(one: Outline, other: Outline) -> Floats:
-    """Returns the row of a difference, of the cores and radii of two shapes."""
+    """Returns the row of a difference, from the cores and radii of two shapes."""
     corners = core_difference(one[0], other[0])
     radius = Fraction(one[1]) + Fraction(other[1])
     edges = [*_edges(one[0]), *_edges(other[0])]
@@ -104,13 +104,13 @@ def difference_row(one: Outline, other: Outline) -> Floats:
 
 
 def _extent(outline: Outline) -> float:
-    """Returns the size of an outline that a strip is a part of (rule 5s)."""
+    """Returns the size of an outline, for the width of a strip (rule 5s)."""
     core, radius = outline
     return radius + max(abs(c) for corner in core for c in corner)
 
 
 def _edges(core: tuple[Place, ...]) -> list[Exact]:
-    """Returns the ways from corner to corner of a core, forwards and, for a line, backwards."""
+    """Returns the vectors from corner to corner of a core, forwards and, for a line, backwards."""
     corners = list(map(exact, core))
     if len(corners) == 1:
         return []
@@ -118,9 +118,9 @@ def _edges(core: tuple[Place, ...]) -> list[Exact]:
 
 
 def _in_parts(way: Exact, edges: list[Exact]) -> Exact:
-    """Returns a vector along a way that is sums of two doubles: itself, or the edge of a core beside it."""
+    """Returns a vector of sums of two doubles along a way: the way itself, or a core's edge beside it."""
     x, y = way
-    if x == 0 or y == 0:  # one of length 1: products with it round nothing off
+    if x == 0 or y == 0:  # a vector of length 1: products with it are not rounded
         return Fraction((x > 0) - (x < 0)), Fraction((y > 0) - (y < 0))
     for each in (way, *edges, *((-x, -y) for x, y in edges)):
         if (
@@ -133,7 +133,7 @@ def _in_parts(way: Exact, edges: list[Exact]) -> Exact:
 
 
 def _parts(number: Fraction) -> tuple[float, float]:
-    """Returns a number as the sum of two doubles, as nearly as can be."""
+    """Returns a number as the sum of two doubles, as nearly as possible."""
     high = float(number)
     return high, float(number - Fraction(high))
 

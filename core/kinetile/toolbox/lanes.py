@@ -1,8 +1,8 @@
 """Eight numbers at once, for hooks: the vectors of the processor (``kinetile.kernel.vectors``).
 
 ``Floats``, ``Wholes``, ``Ticks`` and ``Truths`` have the usual operators; a lane is one of the eight.
-Built-in phases use these for bounds of many partners, for certificates of several neighbours, and to copy
-rows of cells.
+Built-in phases use them for bounds of many partners, for certificates of several neighbours, and to copy rows
+of cells.
 """
 
 from kinetile.kernel.vectors import LANES as LANES

@@ -1,7 +1,7 @@
 """Reach of bodies for broad phases at the start: their radius and the skin.
 
-The skin (``kinetile.kernel.skin``) follows from a speed that no body exceeds, and from how far from the
-origin bodies can come.
+The skin (``kinetile.kernel.skin``) follows from a speed that no body exceeds, and from the largest distance
+of bodies from the origin.
 """
 
 import math
@@ -16,7 +16,7 @@ from kinetile.scene.commands import Accelerate, Insert, Move, Turn
 from kinetile.scene.scene import Scene
 
 SPANS = 4
-"""Spans of the clock for which the skin of a scene without walls is valid."""
+"""The skin of a scene without walls is valid for this number of the clock's spans."""
 
 
 def reach_of(scene: Scene) -> Floats:
@@ -31,7 +31,7 @@ def reach_of(scene: Scene) -> Floats:
 
 def skin_at_start(scene: Scene, walls: bool, slots: int | None = None, limit: float | None = None) -> Skin:
     """Returns the skin of a scene, with or without the walls of its arena, in tables with this number of
-    ``slots`` for bodies (None: as many as it has), for a phase with this ``skin_limit``."""
+    ``slots`` for bodies (None: the scene's number of bodies), for a phase with this ``skin_limit``."""
     count, speed = len(scene) if slots is None else slots, speed_bound(scene)
     far = np.abs(scene.position).max(axis=0, initial=0.0)
     extent = extent_of(scene, walls, speed, far, SPANS if count else 0)
@@ -39,12 +39,12 @@ def skin_at_start(scene: Scene, walls: bool, slots: int | None = None, limit: fl
 
 
 def extent_of(scene: Scene, walls: bool, speed: float, far: Floats, spans: int) -> float:
-    """Returns how far from the origin of an axis a plan's place, and what a body reaches from there, can be,
-    at a speed.
+    """Returns the largest distance along an axis between the origin and a plan's place, including the body's
+    extent there, at a speed.
 
-    On an axis with walls that is where the other wall is, and the margin of chords; on a periodic one half a
-    period and the flight of four units, with room for one more rounding; on an open one where bodies are now
-    (``far``, for each axis) or commands put them, and what they fly in a number of spans. A shape need not be
+    On an axis with walls this is the far wall's place, and the margin of chords; on a periodic one half a
+    period and the flight of four units, with room for one more rounding; on an open one the present places
+    (``far``, for each axis) or those of commands, and the flight in a number of spans. A shape need not be
     around its body's place, which may be outside the arena by as much as the radius of the circle that holds
     the shape.
     """
@@ -63,13 +63,13 @@ def extent_of(scene: Scene, walls: bool, speed: float, far: Floats, spans: int) 
 
 
 def flown(speed: float, unit: float, spans: int) -> float:
-    """Returns how far a body flies at a speed within a number of spans of the clock of this unit."""
+    """Returns the distance flown at a speed within a number of spans of the clock of this unit."""
     return speed * unit * (spans * SPAN // TICKS)
 
 
 def margin_of(scene: Scene, limit: float | None = None) -> float:
-    """Returns how far a shadow may be from its body (``kinetile.kernel.chords``): an eighth of the
-    smallest radius, and half of the skin's limit at most; 0 where no body is accelerated."""
+    """Returns the largest distance of a shadow from its body (``kinetile.kernel.chords``): an eighth of the
+    smallest radius, and half of the skin's limit at most; 0 if no body is accelerated."""
     if not scene.accelerated:
         return 0.0
     coming = [command.radius for command in scene.commands if isinstance(command, Insert)]
@@ -78,8 +78,8 @@ def margin_of(scene: Scene, limit: float | None = None) -> float:
 
 
 def drop_of(scene: Scene) -> float:
-    """Returns the largest square of a speed that a body can gain by falling: 2 a.d for the arena's diagonal
-    d and the largest accelerations; in the open plane 2 |a|^2 t^2 for the time t up to the scene's end."""
+    """Returns the largest square of a speed that a body can gain by falling: 2 a.d for the arena's diagonal d
+    and the largest accelerations; in the open plane 2 |a|^2 t^2 for the time t up to the scene's end."""
     if not scene.accelerated:
         return 0.0
     x, y = scene.pull
@@ -101,16 +101,16 @@ def fastest(scene: Scene, squares: float, lightest: float) -> float:
 
 
 def chord_speed(scene: Scene) -> float:
-    """Returns by how much a shadow may be faster than its body: |a| span, with |a| span^2 / 2 = margin."""
+    """Returns the most that a shadow is faster than its body: |a| span, with |a| span^2 / 2 = margin."""
     return math.sqrt(2.0 * margin_of(scene) * sum(scene.pull))
 
 
 def speed_bound(scene: Scene) -> float:
-    """Returns a speed that no body and no shadow can exceed: all energy, that of every command added, and of
-    every height, in the lightest body.
+    """Returns a speed that no body and no shadow can exceed: all energy, including every command's and every
+    height's, in the lightest body.
 
-    If immovable bodies fly, or a response adds energy, there is no such speed before the run:
-    then it is an initial value.
+    If immovable bodies fly, or a response adds energy, no such speed exists before the run: then this is an
+    initial value.
     """
     mass = dict(enumerate(scene.mass.tolist()))
     mass |= {command.body: command.mass for command in scene.commands if isinstance(command, Insert)}

@@ -1,10 +1,10 @@
-"""Exact ticks, for narrow phases: when two bodies touch and part, or reach a wall, also through images.
+"""Exact ticks, for narrow phases: of two bodies that touch and part, or reach a wall, also through images.
 
-The flight plans of two bodies are one value, which ``plans_of`` makes, and ``plans_through`` of an image. It
-is what discs (``touch``, ``parting``; ``touch_about`` and ``accelerated_touch_about``, if a bound is known)
-and convex bodies (``enters``, ``leaves``) take; walls take coordinates (``reaches_edge``). The difference of
-two convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns are named here.
-Along periodic axes ``first_image_of`` goes through all images.
+``plans_of`` makes one value from the flight plans of two bodies, and ``plans_through`` one for an image.
+Discs (``touch``, ``parting``; ``touch_about`` and ``accelerated_touch_about``, if a bound is known) and
+convex bodies (``enters``, ``leaves``) take this value; walls take coordinates (``reaches_edge``). The
+difference of two convex shapes is a row of a table (``difference_table``, ``comes_nearer``), whose columns
+are named here. Along periodic axes ``first_image_of`` visits all images.
 """
 
 from kinetile.kernel.certificates.discs import accelerated_touch_about as accelerated_touch_about

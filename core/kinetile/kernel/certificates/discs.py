@@ -1,49 +1,49 @@
-"""When two discs touch, and when two that pass through each other part: the exact ticks.
+"""The exact ticks of contact of two discs, and of parting, for two that pass through each other.
 
-Ticks n >= 0 are counted from the later anchor, q is the length of one, and Q(n) is |d|^2 - R^2 at tick n,
-with d the separation, of an image where one is meant, and R the sum of the radii. Contact
-(docs/specification.md, rule 5) is at the first n with Q(n + 1) < min(0, Q(n)), the first tick in which two
-come to be deeper in each other. They part where that holds of -Q. Where a tick ``since`` is given, only those
-from it on count.
+Ticks n >= 0 are counted from the later anchor, q is the length of a tick, and Q(n) is |d|^2 - R^2 at tick n,
+with d the separation (from an image, if one is given) and R the sum of the radii. Contact
+(docs/specification.md, rule 5) is at the first n with Q(n + 1) < min(0, Q(n)): the first tick in which two
+discs come deeper into each other. They part at the first n that satisfies this for -Q. If a tick ``since`` is
+given, only ticks from it on count.
 
-Let F1(n) be Q(n + 1) - Q(n), and s = ``since``, usually 0. Of two that have just met only ticks from the
-first rise on count, the first n with F1(n) > 0; unless they *press* on each other, F1(s) <= 0 and F1(s + 1) <
-F1(s): then all from s on do, as if they had not met. With equal accelerations none press, and none meet
-again: Q has degree 2, and is convex.
+Let F1(n) be Q(n + 1) - Q(n), and s = ``since``, usually 0. For two discs that have just met, only ticks from
+the first rise on count, the first n with F1(n) > 0. But if they *press* on each other, F1(s) <= 0 and
+F1(s + 1) < F1(s), all ticks from s on count, as if they had not met. With equal accelerations no two discs
+press, and none meet again: Q has degree 2, and is convex.
 
-There are four stages. Each decides, or leaves that to the next:
+There are four stages. Each decides, or leaves the decision to the next:
 
-* *A filter* (``filtered``), without accelerations: a refusal, or an estimate of the root and one Newton step
-  from there, q in compensated arithmetic, with a bound of its error. Where no whole tick lies within that of
-  the root, its floor is known. With a tick known that is shortly before, the step begins there
-  (``touch_about``), and serves for equal accelerations too.
-* *Whole ticks* (``at_whole_tick``), without accelerations: Q is convex, so Q(n) >= 0 > Q(n + 1) says that n
-  is the tick, and the estimate names n. A sign is known beyond the error of Q, or as 0 by its grain
+* *A filter* (``filtered``), without accelerations. It refuses, or estimates the root and makes one Newton
+  step from there, with q in compensated arithmetic and a bound of the error. If no whole tick is within the
+  bound of the root, the root's floor is known. If a tick shortly before the root is known, the step begins
+  there (``touch_about``), and serves for equal accelerations, too.
+* *Whole ticks* (``at_whole_tick``), without accelerations. Q is convex, so Q(n) >= 0 > Q(n + 1) proves that n
+  is the tick, and the estimate gives n. A sign is known beyond the error of Q, or is 0 by the grain of Q
   (``separation``): ties of lattices, and contacts at the anchor.
-* *Intervals* (``closely``), with accelerations, or at a corner of a shape. It goes through time by intervals
-  between whole ticks, so that n and n + 1 are in one. In doubles, by Bernstein coefficients, it shows that Q
-  is above 0 in one, or rises: then the next is longer; or falls, and is negative at its end: then the contact
-  is there, and the signs of Q at whole ticks, in sums of two doubles, find it; or none of these: then it is
-  made shorter. If all derivatives are positive nothing comes.
-* *Whole numbers* (``discs_exactly``). Without accelerations (``straight_exactly``) for all ticks at once: one
-  bisection finds where Q turns. Else for as short an interval as possible: a graze, a vertex at which discs
-  that overlap cease to move apart, sizes that doubles cannot square.
+* *Intervals* (``closely``), with accelerations, or at a corner of a shape. Time is cut into intervals between
+  whole ticks, so that n and n + 1 are in one. Bernstein coefficients in doubles show one of these: Q is above
+  0 in the interval, or rises: then the next interval is longer; Q falls, and is negative at the end: then the
+  contact is in it, and the signs of Q at whole ticks, in sums of two doubles, find the tick; none of these:
+  then the interval is made shorter. If all derivatives are positive, no contact follows.
+* *Whole numbers* (``discs_exactly``). Without accelerations (``straight_exactly``) they serve all ticks at
+  once: one bisection finds the turn of Q. Else they serve the shortest possible interval: a graze, a vertex
+  at which discs that overlap cease to move apart, sizes that doubles cannot square.
 
-Accelerations are 0 or from 2^-200 to 2^200 in size, as ``scene.checks`` has them. The bounds of separations
-are those of ``separation``, and u, LARGE, SMALL, TINY too.
+Accelerations are 0 or from 2^-200 to 2^200 in size, by ``scene.checks``. The bounds of separations, u, LARGE,
+SMALL and TINY are in ``separation``.
 
 Refusals
 ========
 
-``along`` returns d.u. Against the exact D.U each axis is off by 3 u m |ux| (low), u m |ux| (w), and 2 u m
-|ux| (a product and the sum): 6 u m |ux|. **2^-50 = 8 u** covers it. d x u is ``along`` with (uy, -ux), so the
-same bound holds. Hence ``bend > bend_error`` is B > 0, never; and ``bend < -bend_error`` is B < 0, an
-approach.
+``along`` returns d.u. Compared with the exact B = D.U, each axis is off by 3 u m |ux| (low), u m |ux| (w),
+and 2 u m |ux| (a product and the sum): 6 u m |ux|. **2^-50 = 8 u** covers it. d x u is ``along`` with (uy,
+-ux), so the same bound holds. Hence ``bend > bend_error`` means B > 0, no contact; and ``bend < -bend_error``
+means B < 0, an approach.
 
 *They miss.* With k = D x U exact, |k| >= ``clear`` (1 - u). From above, R <= reach (1 + u) and |U|^2 <= (1 +
-u)^2 |u|^2; reach^2 |u|^2 is rounded four times on its way to ``span2``, the comparison has two roundings
-more. So clear^2 > span2 (1 + c) implies k^2 >= R^2 |U|^2 if c > 12 u: **2^-48 = 32 u** does. k^2 >= R^2 |U|^2
-says that q >= 0 at all times, tangency included: never.
+u)^2 |u|^2; reach^2 |u|^2 is rounded four times on its way to ``span2``, and the comparison has two more
+roundings. So clear^2 > span2 (1 + c) implies k^2 >= R^2 |U|^2 if c > 12 u: **2^-48 = 32 u** does. k^2 >= R^2
+|U|^2 means that q >= 0 at all times, tangency included: no contact.
 
 q and the slope at a time (gap_at)
 ==================================
@@ -80,9 +80,9 @@ One Newton step (newton)
 
 At any t let q, s be the exact squared gap and slope, q', s' the computed ones, e and e_s their bounds, K =
 |U|^2. As a function of h, the time after t, the squared gap is q - 2 s h + K h^2, with the roots (s -+
-sqrt(s^2 - K q)) / K. The code asks for **s' > 8 e_s**: then s >= (7/8) s' > 0. And for **curve < 1/8**, curve
-being K (|q'| + e) / s'^2: then b = K q / s^2 has |b| <= (8/7)^2 curve < 0.17. So there are two roots, t is
-before the middle of them, and the first is
+sqrt(s^2 - K q)) / K. The code requires **s' > 8 e_s**: then s >= (7/8) s' > 0. It also requires
+**curve < 1/8**, curve being K (|q'| + e) / s'^2: then b = K q / s^2 has |b| <= (8/7)^2 curve < 0.17. So there
+are two roots, t is before the middle of them, and the first is
 
     h = q / 2s · g(b),  g(b) = 2 / (1 + sqrt(1 - b)),  |g(b) - 1| <= 0.28 |b|   for |b| < 0.17
 
@@ -93,27 +93,27 @@ This does not depend on the origin of t: the estimate need not be good, nor near
 - |h - q/2s| <= 0.28 |b| |q/2s| <= 0.37 curve (|s0| (1 + 1/7) + 0.58 e / s') <= 0.43 curve |s0| + 0.03 e / s';
 - the computed step has two roundings, 2 u |s0|.
 
-``bound`` is (e / s' + |step| (curve + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms is more than
-what it stands for, by enough for its own roundings. The last, 8 u, is for the fraction: ``ticks`` less its
-whole part is exact; adding the step loses u (1 + |step| P), taking the floor away u, comparing u.
+``bound`` is (e / s' + |step| (curve + 2 e_s / s' + **2^-49**)) P + **2^-50**: each of its terms exceeds the
+error it stands for, by enough for its own roundings. The last, 8 u, is for the fraction: ``ticks`` less its
+whole part is exact; adding the step loses u (1 + |step| P), subtracting the floor u, comparing u.
 
 So the root lies within ``bound`` of base + part, and if no whole tick does, its floor is base + down. The
 bend has shown that B < 0 at the anchor. If the floor is negative, the root is before the anchor, and the
-anchor between the roots: q < 0 there, they touch at once, 0. From 2^62 on it is never.
+anchor between the roots: q < 0 there, so they touch at once, at 0. From 2^62 on there is no contact.
 
-*The tick.* The roots are farther apart than 1.59 slope / speed^2, so more than a tick where slope > speed^2
-q, and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 < Q(n), or,
-where the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
+*The tick.* The distance of the roots is more than 1.59 slope / speed^2, so more than a tick if slope >
+speed^2 q, and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 < Q(n),
+or, if the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
 
 *From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact: B
-rises with time, by K a unit, so a slope surely down at t says that B < 0 at the anchor.
+rises with time, by K a unit, so a slope that is surely down at t shows that B < 0 at the anchor.
 
-*Parting* (``filtered_parting``) is the first if time is turned round: the slope is negated, and so is the
-step; no other bound changes. A floor below 0 says that both roots are before the anchor: they are apart and
-rise, 0.
+*Parting* (``filtered_parting``) is the first contact if time is reversed: the slope is negated, and so is the
+step; no other bound changes. A floor below 0 means that both roots are before the anchor: they do not overlap
+and Q rises, so they part at 0.
 
 With the image of a period (1') is 2 u^2 m more than (1): in (2) 24 u^2 M, in the square 48, in q 108 u^2 Z,
-and 2^-98 = 256 u^2 is still twice what q can be off by.
+and 2^-98 = 256 u^2 is still twice the error bound of q.
 
 Q at a whole tick, and on intervals
 ===================================
@@ -134,23 +134,22 @@ which all bounds of ``newton`` have room.
 *Coefficients* of Q by time: products of d, u and b, each known to u of itself and 16 u^2 m, 12 u^2 S or u^2 B
 beyond. With 2^-40 m and 2^-40 S added to |d| and |u|, a product of these bounds has the second part in it:
 the coefficients are off by 5 u of the bounds m1 to m4, and Q(0) by u of itself and its error, 8 u of m0 with
-**2^50** of it. On an interval from lo to hi all that makes up a Bernstein coefficient is at most M = m0 + m1
-hi + ... + m4 hi^4, since the terms are those of powers of lo + h. Of these each is rounded at most 16 times
-on its way: with 8 u, 24 u M. **2^-48** = 32 u covers it. A difference of two has twice that, a second one
-four times. The derivatives at lo, times powers of h, consist of the same terms.
+**2^50** of it. On an interval from lo to hi the terms of a Bernstein coefficient add up to at most M = m0 +
+m1 hi + ... + m4 hi^4, since they are the terms of powers of lo + h. Each of them is rounded at most 16 times
+on its way: with 8 u, 24 u M. **2^-48** = 32 u covers it. A difference of two has twice this error, a second
+one four times. The derivatives at lo, times powers of h, consist of the same terms.
 
-*Where it has risen*, of two that have met: Q is larger at the end of an interval than at its beginning, by
-more than the errors. So there is a rise in it; and if Q is above 0 in it, or is convex, nothing comes after
-that in the interval.
+*Rises*, for two that have met: Q is larger at the end of an interval than at its beginning, by more than the
+errors. So Q rises in the interval; and if Q is above 0 in it, or is convex, no contact follows in it then.
 
-*Whether two press*, that have met: with q the length of a tick, F1(s) / q is Q' + Q'' q / 2, both at s, but
-for Q''' q^2 / 6 and later terms, and (F1(s + 1) - F1(s)) / q^2 is Q'' but for Q''' q and later terms. With
+*Pressing*, for two that have met: with q the length of a tick, F1(s) / q is Q' + Q'' q / 2, both at s, except
+for Q''' q^2 / 6 and later terms, and (F1(s + 1) - F1(s)) / q^2 is Q'' except for Q''' q and later terms. With
 D1, D2 and D3 the sums of the bounds of the terms of Q', Q'' and Q''' at s + 2, the computed Q' and Q'' are
 off by **2^-48** of D1 and D2, as coefficients are; and by TINY, for underflow. So F1(s) / q is off by 2^-48
 (D1 + D2 q) + D3 q^2, the second difference by 2^-48 D2 + 2 D3 q. F1(s) > 0 is the first rise. A ``since``
 that is no double is rounded down, by less than 1,024 ticks: the interval that begins there is longer, ends
-after it, and what is shown of Q in the whole of it is true from ``since`` on; a rise might lie before, so two
-that have met are left to whole numbers.
+after ``since``, and a property of Q shown in the whole of it holds from ``since`` on; a rise might lie before
+``since``, so two that have met are left to whole numbers.
 """
 
 import math
@@ -185,7 +184,7 @@ from kinetile.kernel.vectors import product_error
 
 Q_ROUNDING, SLOPE_ROUNDING, COEFFICIENT_ROUNDING = 2.0**-98, 2.0**-49, 2.0**-48
 """Bounds of rounding errors, relative to the sizes of the terms: of Q before its last sum ("q", "Q at a
-tick"), of d.u ("The slope"), of Bernstein coefficients and derivatives ("Coefficients", "Whether two press").
+tick"), of d.u ("The slope"), of Bernstein coefficients and derivatives ("Coefficients", "Pressing").
 """
 
 
@@ -193,8 +192,8 @@ tick"), of d.u ("The slope"), of Bernstein coefficients and derivatives ("Coeffi
 def gap_at(
     t: float, along_x: Separation, along_y: Separation, reach: float, reach_low: float
 ) -> tuple[float, float, float, float]:
-    """Returns q, the squared distance less the squared reach, at a time t after the later anchor; how far it
-    can be off; minus half its rate, (d.v); and how far that can be off."""
+    """Returns q, the squared distance less the squared reach, at a time t after the later anchor; the bound
+    of its error; minus half its rate, (d.v); and the bound of that error."""
     x, x_rest = separation_at(t, along_x)
     y, y_rest = separation_at(t, along_y)
     xx = x * x
@@ -217,8 +216,8 @@ def gap_at(
 def newton(
     q: float, q_error: float, slope: float, slope_error: float, speed2: float, per_time: float
 ) -> tuple[float, float, float]:
-    """Returns one Newton step from what ``gap_at`` says, in ticks; how far it can end from the root; and how
-    much the path bends: the bound holds where that is below 1/8, and slope > 8 slope_error."""
+    """Returns one Newton step from the results of ``gap_at``, in ticks; a bound of its distance to the root;
+    and the bend of the path: the bound holds if this is below 1/8, and slope > 8 slope_error."""
     inverse = 1.0 / slope
     step = 0.5 * q * inverse
     curve = speed2 * (abs(q) + q_error) * (inverse * inverse)
@@ -227,12 +226,12 @@ def newton(
 
 
 OPEN = -1
-"""What a filter returns where double does not decide."""
+"""The answer of a filter that doubles do not decide."""
 
 
 @hook
 def floor_of(ticks: float, step: float, bound: float) -> int:
-    """Returns the floor of ``ticks + step``, 0 if it is less, ``NEVER`` from 2^62 on; ``OPEN`` where a whole
+    """Returns the floor of ``ticks + step``, 0 if it is less, ``NEVER`` from 2^62 on; ``OPEN`` if a whole
     tick lies within ``bound``."""
     base = int(ticks)
     part = (ticks - float(base)) + step
@@ -248,7 +247,7 @@ def floor_of(ticks: float, step: float, bound: float) -> int:
 
 @hook
 def about(x: Separation, y: Separation, reach: float) -> float:
-    """Returns about when two discs touch, in the unit of d / u."""
+    """Returns an estimate of the contact's time, in the unit of d / u."""
     cross = x.d * y.u - y.d * x.u
     inside = larger(reach * reach * (x.u * x.u + y.u * y.u) - cross * cross, 0.0)
     fall = math.sqrt(inside) - (x.d * x.u + y.d * y.u)
@@ -257,7 +256,7 @@ def about(x: Separation, y: Separation, reach: float) -> float:
 
 @hook
 def have_room(x: Separation, y: Separation, reach: float) -> bool:
-    """Whether the bounds of a step hold: no number is too large, or too small."""
+    """Returns True if the bounds of a step hold: no number is too large, or too small."""
     speed = abs(x.u) + abs(y.u)
     return bool(speed > SMALL and speed < LARGE and reach > SMALL and reach + (x.size + y.size) < LARGE)
 
@@ -274,8 +273,8 @@ def one_step(
     loose: float,
     per_time: float,
 ) -> tuple[int, float]:
-    """Returns when two discs touch, or part where ``sense`` is -1, by one Newton step from a time t, which is
-    ``ticks``, or ``OPEN``; and how long the step is, in ticks. The error of the slope is ``loose`` more."""
+    """Returns the tick of two discs' contact, or parting if ``sense`` is -1, by one Newton step from a time
+    t, which is ``ticks``, or ``OPEN``; and the step in ticks. ``loose`` is added to the slope's error."""
     q, q_error, slope, slope_error = gap_at(t, x, y, reach, reach_low)
     slope *= sense
     slope_error += loose
@@ -289,7 +288,7 @@ def one_step(
 
 @hook
 def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_time: float) -> int:
-    """Returns when two discs touch, by a separation and a relative velocity, or ``OPEN``."""
+    """Returns the tick of two discs' contact, by a separation and a relative velocity, or ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     if have_room(x, y, reach):
         bend, bend_error = along(x, x.u, y, y.u)
@@ -313,8 +312,8 @@ def filtered(x: Separation, y: Separation, radius: float, radius2: float, per_ti
 def filtered_parting(
     x: Separation, y: Separation, radius: float, radius2: float, per_time: float
 ) -> tuple[int, float]:
-    """Returns when two discs part, by a separation and a relative velocity, or ``OPEN``; and about when as a
-    time, to a tick unless it is ``OPEN``."""
+    """Returns the tick of two discs' parting, by a separation and a relative velocity, or ``OPEN``; and an
+    estimate of the time, right to a tick unless it is ``OPEN``."""
     reach, reach_low = plus(radius, radius2)
     speed2 = x.u * x.u + y.u * y.u
     t = 0.0
@@ -336,7 +335,7 @@ def filtered_parting(
 def gap_after(
     x: Motion, y: Motion, reach: float, reach_low: float, count: int, tick: float
 ) -> tuple[float, float]:
-    """Returns Q after a number of ticks, and how far it can be off."""
+    """Returns Q after a number of ticks, and a bound of its error."""
     t, rest = time_of(count, tick)
     ex, ex_low, x_size = place_at(x, t, rest)
     ey, ey_low, y_size = place_at(y, t, rest)
@@ -350,7 +349,7 @@ def gap_after(
 
 
 UNSURE = 2
-"""What ``sign_at`` returns where sums of two doubles do not decide."""
+"""The value of ``sign_at`` if sums of two doubles do not decide."""
 
 
 @hook
@@ -368,8 +367,8 @@ def sign_at(x: Motion, y: Motion, plans: Plans, radius: float, radius2: float, c
 
 @subroutine
 def at_whole_tick(plans: Plans, radius: float, radius2: float, sense: int, guess: int) -> int:
-    """Returns the tick at which rule 5 holds of Q, or of -Q where ``sense`` is -1, if it is near a guess, or
-    ``OPEN``: n is the tick if ``sense`` Q(n) >= 0 > ``sense`` Q(n + 1), Q being convex."""
+    """Returns the tick of rule 5 for Q, or for -Q if ``sense`` is -1, if it is near a guess, or ``OPEN``: n
+    is the tick if ``sense`` Q(n) >= 0 > ``sense`` Q(n + 1), Q being convex."""
     x, y = motions(plans)
     sizes = radius + radius2 + (x.size + y.size)
     if not (radius + radius2 > SMALL and sizes < LARGE and x.speed + y.speed < LARGE):
@@ -390,7 +389,7 @@ MOST_INTERVALS = 120
 
 
 class Quartic(NamedTuple):
-    """Q, or -Q, after a time, by its coefficients; or bounds of the sizes of what they are made of."""
+    """Q, or -Q, after a time, by its coefficients; or bounds of the sizes of their terms."""
 
     c0: float
     c1: float
@@ -438,8 +437,8 @@ def gap_of(
 
 @hook
 def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool]:
-    """Returns whether two that have just met rise in the tick from a time on, or press on each other; and
-    whether that is sure. (F1 of the head, and F2, what a tick adds to it, each by ticks.)"""
+    """Returns True if two that have just met rise in the tick from a time on, or press on each other; and
+    True if that is sure. (F1 of the head, and F2, the change of F1 in a tick, each by ticks.)"""
     end = t + 2.0 * tick
     f2 = 2.0 * bend_at(q, t)
     f1 = slope_at(q, t) + 0.5 * tick * f2
@@ -455,7 +454,7 @@ def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool
 def first_span(
     q: Quartic, m: Quartic, low: float, since: int, about: int, tick: float, per_time: float
 ) -> float:
-    """Returns about how many ticks after ``low`` they touch, if they come, or less: the first interval."""
+    """Returns about the number of ticks after ``low`` until they touch, or fewer: the first interval."""
     if about > since:
         return float(about - since)
     if since > 0:
@@ -474,9 +473,9 @@ def first_span(
 
 class Interval(NamedTuple):
     """Q in an interval, whose length is the unit of time: ``p`` by powers of the time since its begin; and
-    its Bernstein coefficients, p0 and ``b``, between the least and the greatest of which Q is (Farouki,
-    Computer Aided Geometric Design 29, 2012), with their differences ``g``, so for its slope. All are right
-    to ``error``."""
+    its Bernstein coefficients, p0 and ``b``, which Q lies between in the interval (Farouki, Computer Aided
+    Geometric Design 29, 2012), with their differences ``g``, the same for its slope. All are right to
+    ``error``."""
 
     p: Quartic
     b1: float
@@ -509,7 +508,7 @@ def piece_of(q: Quartic, m: Quartic, lo: float, hi: float) -> Interval:
 
 @hook
 def root_of(piece: Interval) -> tuple[float, float]:
-    """Returns where Q is 0 in an interval in which it falls below it, from 0 to 1, and its slope there."""
+    """Returns the place (0 to 1) of the root of Q in an interval where Q falls below 0, and the slope."""
     s = piece.p.c0 / (piece.p.c0 - piece.b4)
     slope = 0.0
     for _ in range(20):
@@ -533,8 +532,8 @@ def tick_in_fall(
     low: float,
     high: float,
 ) -> int:
-    """Returns the tick at which rule 5 holds, Q falling from ``low`` to ``high`` ticks, and below 0 there; by
-    signs at whole ticks: Q >= 0 at ``before``, or nobody asks for what is earlier, and Q < 0 at ``after``."""
+    """Returns the tick of rule 5, Q falling from ``low`` to ``high`` ticks to below 0; by signs at whole
+    ticks: Q >= 0 at ``before``, or the caller needs no earlier tick, and Q < 0 at ``after``."""
     x, y = motions(plans)
     reach, reach_low = plus(radius, radius2)
     after = int(high)
@@ -560,10 +559,10 @@ def tick_in_fall(
 
 @apart
 def closely(plans: Plans, radius: float, radius2: float, sense: int, met: int, about: int, since: int) -> int:
-    """Returns the first tick, from ``since`` on, at which rule 5 holds of Q, or of -Q where ``sense`` is -1.
+    """Returns the first tick, from ``since`` on, at which rule 5 holds for Q, or for -Q if ``sense`` is -1.
 
     Before each interval: rule 5 holds at no tick from ``since`` to ``low``; and ``risen`` says whether ticks
-    from ``low`` on count, of two that have met whether Q has risen in one, or they press.
+    from ``low`` on count: for two that have met, whether Q has risen in a tick, or they press.
     """
     if since >= LIMIT:
         return NEVER
@@ -632,19 +631,19 @@ def closely(plans: Plans, radius: float, radius2: float, sense: int, met: int, a
 
 @hook
 def have_one_velocity(plans: Plans) -> bool:
-    """Whether two bodies without accelerations do not move as seen from each other."""
+    """Returns True if two bodies without accelerations do not move as seen from each other."""
     return plans.x.v == plans.x.v2 and plans.y.v == plans.y.v2
 
 
 @hook
 def have_one_acceleration(plans: Plans) -> bool:
-    """Whether two bodies are accelerated alike, or not at all."""
+    """Returns True if two bodies are accelerated alike, or not at all."""
     return plans.x.a == plans.x.a2 and plans.y.a == plans.y.a2
 
 
 @hook
 def is_accelerated(plans: Plans) -> bool:
-    """Whether one of two bodies is accelerated."""
+    """Returns True if one of two bodies is accelerated."""
     x = plans.x
     y = plans.y
     return x.a != 0.0 or x.a2 != 0.0 or y.a != 0.0 or y.a2 != 0.0
@@ -652,7 +651,7 @@ def is_accelerated(plans: Plans) -> bool:
 
 @subroutine
 def straight_exactly(plans: Plans, radius: float, radius2: float, sense: int, guess: int, since: int) -> int:
-    """Returns what ``closely`` does, without accelerations."""
+    """Returns the same as ``closely``, without accelerations."""
     if since >= LIMIT:
         return NEVER
     found = touch_exactly(plans, radius, radius2, sense, Window(since, LIMIT, 1, True), guess)
@@ -661,7 +660,7 @@ def straight_exactly(plans: Plans, radius: float, radius2: float, sense: int, gu
 
 @apart
 def straight_touch(plans: Plans, radius: float, radius2: float, since: int) -> int:
-    """Returns what ``touch`` does of two that have not just met, without accelerations."""
+    """Returns the same as ``touch`` for two that have not just met, without accelerations."""
     if have_one_velocity(plans):
         return NEVER
     x, y = separations(plans)
@@ -675,7 +674,7 @@ def straight_touch(plans: Plans, radius: float, radius2: float, since: int) -> i
 
 @apart
 def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int, since: int) -> int:
-    """Returns how many ticks after the later anchor two discs touch, from ``since`` on, or ``NEVER``.
+    """Returns the ticks after the later anchor until two discs touch, from ``since`` on, or ``NEVER``.
 
     ``met`` is 1 if they have just met. ``about_then``: a lower bound shortly before, or -1; the answer is the
     same.
@@ -689,7 +688,7 @@ def touch(plans: Plans, radius: float, radius2: float, met: int, about_then: int
 
 @apart
 def parting(plans: Plans, radius: float, radius2: float, since: int) -> int:
-    """Returns how many ticks after the later anchor two discs part, from ``since`` on, or ``NEVER``."""
+    """Returns the ticks after the later anchor until two discs part, from ``since`` on, or ``NEVER``."""
     if not is_accelerated(plans):
         if have_one_velocity(plans):
             return NEVER
@@ -704,9 +703,9 @@ def parting(plans: Plans, radius: float, radius2: float, since: int) -> int:
 
 @hook
 def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
-    """Returns what ``touch`` does, without accelerations, of two that have not just met: by one step from a
-    guess, about how many ticks after the later anchor they touch. Below 0 it is none: then, or if the step
-    does not decide, ``touch`` is called."""
+    """Returns the same as ``touch``, without accelerations, for two that have not just met: by one step from
+    a guess, in ticks after the later anchor. A guess below 0 means no guess: then, or if the step does not
+    decide, ``touch`` is called."""
     x, y = separations(plans)
     reach, reach_low = plus(radius, radius2)
     if guess >= 0 and have_room(x, y, reach):
@@ -721,8 +720,8 @@ def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
 def accelerated_touch_about(
     plans: Plans, radius: float, radius2: float, met: int, guess: int, since: int
 ) -> int:
-    """Returns what ``touch`` does: at once of two with equal accelerations that have just met, and if there
-    is a guess, with which they touch not before ``since``, by one step."""
+    """Returns the same as ``touch``: at once for two with equal accelerations that have just met, and with a
+    guess, if they do not touch before ``since`` by it, by one step."""
     x, y = motions(plans)
     if x.b == 0.0 and y.b == 0.0:
         if met > 0:

@@ -1,12 +1,12 @@
-"""Contacts of discs and walls in whole numbers: the last resort, right for all that has room in the cells.
+"""Contacts of discs and walls in whole numbers: the last resort, right for all numbers that fit into cells.
 
 Q at a whole tick n is a polynomial of degree 4 at most; its coefficients are whole numbers times a power of
-two. The contact is the first n >= 0 at which Q(n + 1) < 0 and Q(n + 1) - Q(n) < 0 (rule 5), and
-both are signs of whole numbers. Let F1(n) = Q(n + 1) - Q(n), F2 and F3 the differences of F1 and F2: of
-degree 3, 2 and 1. A sequence is monotone where its differences do not change between negative and not
-negative. So F3 is monotone; bisection finds where it changes; between these places F2 is monotone, and so on:
-F1 is negative in the whole of each of at most eight pieces, or nowhere in it. In a piece where it is, Q
-falls, and bisection finds the first tick with Q < 0.
+two. The contact is the first n >= 0 with Q(n + 1) < 0 and Q(n + 1) - Q(n) < 0 (rule 5), and both are signs of
+whole numbers. Let F1(n) = Q(n + 1) - Q(n), F2 and F3 the differences of F1 and F2: of degree 3, 2 and 1. A
+sequence is monotone where its differences do not change between negative and not negative. So F3 is monotone,
+and bisection finds its change of sign; between these places F2 is monotone, and so on: F1 is negative in the
+whole of each of at most eight pieces, or nowhere in it. In a piece where F1 is negative, Q falls, and
+bisection finds the first tick with Q < 0.
 
 Cells
 =====
@@ -20,8 +20,8 @@ sums 6 such products for each of two axes, and the factors of the differences ad
 digits of 2^25.
 
 ``scene.checks`` has accelerations from 2^-200 to 2^200 in size, and a tick is 2^-952 at least, so H is not
-beyond the cells: 2^-201 times 2^-1904, brought to 53 bits, is 2^-2158 and begins in cell 96 - 83 = 13. What
-has no room, or is no finite number, has no contact: ``NEVER``.
+beyond the cells: 2^-201 times 2^-1904, brought to 53 bits, is 2^-2158 and begins in cell 96 - 83 = 13. If a
+number does not fit, or is not finite, there is no contact: ``NEVER``.
 """
 
 import math
@@ -47,8 +47,8 @@ from kinetile.kernel.tables import NEVER
 
 
 class Window(NamedTuple):
-    """Where rule 5 is looked for: from a count of ticks to before another. ``levels`` is of how many
-    differences of Q the signs may change: none if Q falls all along, one without accelerations, else three.
+    """The search window for rule 5: from a count of ticks to before another. ``levels`` is the number of
+    differences of Q whose signs may change: 0 if Q falls all along, 1 without accelerations, else 3.
     ``risen`` says that Q has risen before."""
 
     low: int
@@ -58,7 +58,7 @@ class Window(NamedTuple):
 
 
 NO_FALL, NO_FALL_YET = -1, -2
-"""What ``first_fall`` returns where rule 5 does not hold in a window: Q has risen by its end, or not."""
+"""The values of ``first_fall`` if rule 5 does not hold in a window: Q has risen by its end, or not."""
 
 D_ROW, U_ROW, H_ROW, V_ROW, N_ROW = range(0, 5 * CELLS, CELLS)
 """Rows of lengths: D, U and H along an axis, the rate of the first body's flight, and a count of ticks."""
@@ -69,7 +69,7 @@ TERMS = 5 * CELLS
 VALUE_ROW = TERMS + 14 * 2 * CELLS
 
 OTHER_ROW = VALUE_ROW + 2 * CELLS
-"""Rows of products of two, in which a polynomial is computed."""
+"""Rows of products of two, for computing a polynomial."""
 
 MEMORY = OTHER_ROW + 2 * CELLS
 
@@ -98,8 +98,8 @@ def sign_at(m: Cells, first: int, end: int, level: int, count: int) -> int:
 
 @subroutine
 def change_of(m: Cells, first: int, end: int, level: int, low: int, high: int, guess: int) -> int:
-    """Returns the first count after ``low`` at which a monotone sequence is as it is at ``high``: negative,
-    or not; at ``low`` it is otherwise. A guess that is not between them is none."""
+    """Returns the first count after ``low`` with the sign, negative or not, that a monotone sequence has at
+    ``high``; at ``low`` it has the other. A guess that is not between them is ignored."""
     negative = sign_at(m, first, end, level, low) < 0
     stride = 1 if low < guess and guess < high else LIMIT >> 1
     guess = between(low, high, guess)
@@ -111,7 +111,7 @@ def change_of(m: Cells, first: int, end: int, level: int, low: int, high: int, g
 
 @subroutine
 def add_differences(m: Cells, first: int, end: int, level: int) -> None:
-    """Puts the coefficients of the differences of a level in their rows."""
+    """Writes the coefficients of the differences of a level into their rows."""
     for power in range(5 - level):
         target = term(level, power)
         times = 1
@@ -125,7 +125,7 @@ def add_differences(m: Cells, first: int, end: int, level: int) -> None:
 
 @subroutine
 def first_fall(m: Cells, first: int, end: int, window: Window, guess: int) -> int:
-    """Returns the first count in a window at which rule 5 holds, after Q has risen; else ``NO_FALL`` if it
+    """Returns the first count in a window that satisfies rule 5, after Q has risen; else ``NO_FALL`` if it
     has risen by the window's end, ``NO_FALL_YET`` if not. It is fast if Q becomes negative near ``guess``."""
     levels = window.levels
     for level in range(1, larger(levels, 1) + 1):
@@ -177,8 +177,8 @@ def put_axis(
     first: int,
     end: int,
 ) -> None:
-    """Puts D, U and H along an axis in three rows, and the rate of the first body's flight in a fourth; the
-    count of elapsed ticks is in its row."""
+    """Writes D, U and H along an axis into three rows, and the rate of the first body's flight into a fourth;
+    the count of elapsed ticks is in its row."""
     for row in (place, rate, bend, flown):
         clear(m, row, first, end)
     put(m, bend, axis.a, 2 * power - 1, -1)
@@ -219,8 +219,8 @@ def add_axis(m: Cells, axis: Axis, power: int, first: int, end: int) -> None:
 def room_of_plans(
     plans: Plans, power: int, radius: float, radius2: float, first: int, end: int
 ) -> tuple[int, int]:
-    """Returns the cells that two plans and radii need, and those given; an end of 0 where there is no
-    room."""
+    """Returns the cells that two plans and radii need, in addition to the given ones; an end of 0 if they do
+    not fit."""
     first, end = room(first, end, radius, 0)
     first, end = room(first, end, radius2, 0)
     for axis in (plans.x, plans.y):
@@ -236,8 +236,8 @@ def room_of_plans(
 
 @subroutine
 def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, sense: int) -> tuple[int, int]:
-    """Puts the coefficients of Q, or of -Q where ``sense`` is -1, in their rows; returns the cells in use,
-    from the first to before the end, or an end of 0 where there is no room."""
+    """Writes the coefficients of Q, or of -Q if ``sense`` is -1, into their rows; returns the cells in use,
+    from the first to before the end, or an end of 0 if they do not fit."""
     power = int(math.frexp(plans.tick)[1]) - 1
     first, end = room_of_plans(plans, power, radius, radius2, CELLS, 0)
     if end == 0:
@@ -259,7 +259,7 @@ def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, sense: int
 
 @subroutine
 def touch_exactly(plans: Plans, radius: float, radius2: float, sense: int, window: Window, guess: int) -> int:
-    """Returns what ``first_fall`` does of Q, or of -Q where ``sense`` is -1."""
+    """Returns the same as ``first_fall`` for Q, or for -Q if ``sense`` is -1."""
     m = zeros(MEMORY)
     first, end = read_plans(m, plans, radius, radius2, sense)
     return first_fall(m, first, end, window, guess) if end > 0 else NO_FALL
@@ -267,7 +267,7 @@ def touch_exactly(plans: Plans, radius: float, radius2: float, sense: int, windo
 
 @subroutine
 def rises_or_presses(plans: Plans, radius: float, radius2: float, since: int) -> bool:
-    """Whether Q rises in a tick, or presses: F1 > 0, or F2 < 0."""
+    """Returns True if Q rises in a tick, or presses: F1 > 0, or F2 < 0."""
     m = zeros(MEMORY)
     first, end = read_plans(m, plans, radius, radius2, 1)
     if end == 0:
@@ -281,8 +281,8 @@ def rises_or_presses(plans: Plans, radius: float, radius2: float, since: int) ->
 def read_gap(
     m: Cells, far: float, near: float, radius: float, slope: float, pull: float, tick: float
 ) -> tuple[int, int]:
-    """Puts the coefficients of the gap of ``wall_exactly`` in their rows; returns the cells in use, or an
-    end of 0 where there is no room."""
+    """Writes the coefficients of the gap of ``wall_exactly`` into their rows; returns the cells in use, or an
+    end of 0 if they do not fit."""
     power = int(math.frexp(tick)[1]) - 1
     first, end = room(CELLS, 0, far, 0)
     first, end = room(first, end, near, 0)
@@ -306,7 +306,7 @@ def read_gap(
 def wall_exactly(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
 ) -> int:
-    """Returns the first count of ticks at which rule 5 holds of the gap to a wall, or ``NEVER``."""
+    """Returns the first count of ticks that satisfies rule 5 for the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
     first, end = read_gap(m, far, near, radius, slope, pull, tick)
     found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NO_FALL
@@ -315,7 +315,7 @@ def wall_exactly(
 
 @subroutine
 def gap_sign_exactly(gap: float, slope: float, pull: float, tick: float, count: int) -> int:
-    """Returns the sign of a gap that widens like this, after a number of ticks; 1 of what has no room."""
+    """Returns the sign of a gap that widens like this, after a number of ticks; 1 if it does not fit."""
     m = zeros(MEMORY)
     first, end = read_gap(m, gap, 0.0, 0.0, slope, pull, tick)
     return sign_at(m, first, end, 0, count) if end > 0 else 1

@@ -1,6 +1,6 @@
-"""Several certificates a body: a tree of their ticks, of which the kernel's queue has the first.
+"""Several certificates a body: a tree of their ticks, whose first tick is in the kernel's queue.
 
-A table has a row for each body. Of w certificates the last w numbers of the row are the ticks, and number v
+A table has a row for each body. For w certificates the last w numbers of the row are the ticks, and number v
 before them is the lesser of 2 v and 2 v + 1. So number 1 is the first of all.
 """
 
@@ -12,15 +12,15 @@ from kinetile.kernel.tables import NEVER, Kernel, Records
 
 
 def no_dues(slots: int, certificates: int) -> Integers:
-    """Returns a table for bodies that have up to so many certificates each, filled with ``NEVER``, as it is
-    to be in ``build``. It belongs to the ``ticks`` of a phase."""
+    """Returns a table for bodies with up to so many certificates each, filled with ``NEVER``, as ``build``
+    requires. It belongs to the ``ticks`` of a phase."""
     return np.full((slots, 2 * max(certificates, 1)), NEVER, np.int64)
 
 
 @hook
 def set_due(k: Kernel, due: Records, body: int, which: int, tick: int) -> None:
-    """Sets when certificate ``which``, from 0 on, of a body fails, and ``schedule`` the first of the body's.
-    O(log of how many it has)."""
+    """Sets the failure tick of certificate ``which``, from 0 on, of a body, and schedules the body's first
+    failure. O(log of their number)."""
     at = which + due.shape[1] // 2
     due[body, at] = tick
     while at > 1:
@@ -31,7 +31,7 @@ def set_due(k: Kernel, due: Records, body: int, which: int, tick: int) -> None:
 
 @hook
 def first_due(due: Records, body: int) -> int:
-    """Returns which of a body's certificates fails first: in ``repair`` the one that fails now."""
+    """Returns the number of a body's certificate that fails first: in ``repair`` the one that fails now."""
     first = due.shape[1] // 2
     at = 1
     while at < first:

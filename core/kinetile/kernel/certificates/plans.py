@@ -1,8 +1,8 @@
-"""The flight plans of two bodies, as certificates take them: one value, with one part an axis.
+"""The flight plans of two bodies, in the form for certificates: one value, with one part an axis.
 
 Numbers that travel together are one value. A named tuple costs nothing in a loop: its fields are registers,
-and a field that is a constant there is one after inlining, so what is not periodic has no code for images,
-and what is not accelerated none for accelerations.
+and a field that is a constant is still one after inlining, so a loop without periodic axes has no code for
+images, and one without accelerated bodies has no code for accelerations.
 """
 
 from typing import NamedTuple
@@ -15,9 +15,9 @@ class Axis(NamedTuple):
     """The plans of two bodies along an axis.
 
     Place ``x``, velocity ``v`` and acceleration ``a`` of the first body at its own anchor, and of the second
-    one at the later anchor, its own. The second is seen ``turns`` periods further on: a whole number, below
-    2^32 in size; 0 and a period of 0 where no image is meant. ``corner + corner_low`` is taken off its place:
-    a corner of the difference of two shapes, or 0.
+    one at the later anchor, its own. The second is displaced by ``turns`` periods: a whole number, below 2^32
+    in size; 0 and a period of 0 without an image. ``corner + corner_low`` is subtracted from its place: a
+    corner of the difference of two shapes, or 0.
     """
 
     x: float
@@ -33,8 +33,8 @@ class Axis(NamedTuple):
 
 
 class Plans(NamedTuple):
-    """The plans of two bodies: along both axes, how many ticks before the second one's anchor that of the
-    first is (0 to 2^62), the length of a tick, a power of two, and its inverse."""
+    """The plans of two bodies: along both axes, the ticks from the first body's anchor to the second's (0 to
+    2^62), the length of a tick, a power of two, and its inverse."""
 
     x: Axis
     y: Axis
@@ -51,7 +51,7 @@ def _own(body: Records) -> tuple[float, float]:
 @with_accelerations(_own)
 @hook
 def acceleration_of(body: Records) -> tuple[float, float]:
-    """Returns the acceleration of a body's plan: none where the scene has none."""
+    """Returns the acceleration of a body's plan: 0 if the scene has no accelerations."""
     return 0.0, 0.0
 
 
@@ -63,7 +63,7 @@ def _are(body: Records) -> bool:
 @with_accelerations(_are)
 @hook
 def are_accelerated(body: Records) -> bool:
-    """Whether bodies of this scene may be accelerated."""
+    """Returns True if bodies of this scene may be accelerated."""
     return False
 
 
@@ -71,7 +71,8 @@ def are_accelerated(body: Records) -> bool:
 def plans_between(
     k: Kernel, one: Records, two: Records, right: float, up: float, x: float, y: float
 ) -> Plans:
-    """Returns the plans of two bodies, the second seen ``right`` and ``up`` periods ``x`` and ``y`` away."""
+    """Returns the plans of two bodies, the second displaced by ``right`` and ``up`` periods ``x`` and
+    ``y``."""
     ax, ay = acceleration_of(one)
     ax2, ay2 = acceleration_of(two)
     along = Axis(one.x, one.vx, ax, two.x, two.vx, ax2, right, x, 0.0, 0.0)
@@ -81,8 +82,7 @@ def plans_between(
 
 @hook
 def plans_of(k: Kernel, one: Records, two: Records) -> Plans:
-    """Returns the plans of two bodies, by their records; that of the first is anchored earlier, or as
-    late."""
+    """Returns the plans of two bodies, by their records; the first is anchored no later than the second."""
     return plans_between(k, one, two, 0.0, 0.0, 0.0, 0.0)
 
 

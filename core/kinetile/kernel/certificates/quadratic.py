@@ -1,15 +1,15 @@
-"""When a quantity that is quadratic in time falls below zero: structural certificates of degree 2.
+"""The tick of the fall below zero of a quantity quadratic in time: structural certificates of degree 2.
 
 The quantity is G(n) = gap + rate t + bend t^2 / 2, t being n ticks. Its certificate fails at the first tick
-from ``start`` on at whose end it is below zero, the first n with G(n + 1) < 0. So it holds where G only comes
+from ``start`` on at whose end G is below zero, the first n with G(n + 1) < 0. So it holds where G only comes
 to zero, or is below it for less than a tick.
 
-If G(start + 1) < 0 that is ``start``. Else G(n) >= 0 > G(n + 1) at the tick that is sought, so rule 6 holds
+If G(start + 1) < 0 the tick is ``start``. Else G(n) >= 0 > G(n + 1) at the tick n sought, so rule 6 holds
 there (``walls``); and wherever rule 6 holds, G(n + 1) < 0. So the tick is the first from ``start`` on at
-which rule 6 holds. ``reaches_edge`` has w, the first from 0 on. If w > start, that is it. If w <= start, G
-was below zero and is not so any more: then it is convex and rises, and stays above.
+which rule 6 holds. ``reaches_edge`` has w, the first from 0 on. If w > start, the tick is w. If w <= start, G
+was below zero and no longer is: then it is convex and rises, and stays above.
 
-A value in doubles is off by 2^-100 of its size where there is room (``has_room``); else whole numbers decide.
+A value in doubles is off by 2^-100 of its size where it fits (``has_room``); else whole numbers decide.
 """
 
 from kinetile.kernel.certificates.discs_exactly import gap_sign_exactly
@@ -41,10 +41,10 @@ def first_below(gap: float, rate: float, bend: float, start: int, tick: float, p
 def falls_bent(k: Kernel, since: int, gap: float, rate: float, bend: float) -> int:
     """Returns the first tick from now on at whose end a quadratic quantity is below zero, or ``NEVER``.
 
-    At tick ``since``, not after now, it is ``gap``, changes by ``rate`` per unit of time, and that by
-    ``bend``: at time t later it is gap + rate t + bend t^2 / 2. The tick is exact for these doubles; how far
-    they are off is up to the caller. With the opposite signs of all three it is another tick: what an event
-    has exchanged is not exchanged back at that tick. From 2^62 ticks after ``since`` on nothing is predicted.
+    At tick ``since``, not after now, it is ``gap``, its rate is ``rate`` per unit of time, and the rate's own
+    rate is ``bend``: at time t later it is gap + rate t + bend t^2 / 2. The tick is exact for these doubles;
+    the caller must bound their errors. With the opposite signs of all three it is another tick: an exchange
+    at an event is not reversed at that tick. From 2^62 ticks after ``since`` on there is no prediction.
     """
     clock = k.clock[0]
     found = first_below(gap, rate, bend, clock.now - since, clock.tick, clock.per_time)

@@ -1,17 +1,17 @@
-"""How far two bodies are apart along an axis, and how fast they move apart: doubles, and what rounding took.
+"""The separation of two bodies along an axis, and its rate: as doubles, with bounds of their rounding errors.
 
-A double is read as a rational, and what is no double is a sum of two, nearly; here are the bounds of what is
-left out. (Filters in front of exact arithmetic: Shewchuk, Discrete & Computational Geometry 18, 1997.)
+A double stands for a rational, and other numbers are nearly sums of two doubles; this module bounds the
+remainders. (Filters in front of exact arithmetic: Shewchuk, Discrete & Computational Geometry 18, 1997.)
 ``tests/core/kernel/certificates/test_claims.py`` compares them with fractions.
 
 Error bounds
 ============
 
 u is 2^-53, and fl(z) is z rounded: |fl(z) - z| <= u |z|, and also <= u |fl(z)|. Sums never underflow. Terms
-of order u times a bound are left out of the bound: they are below 2^-48 of it, and no constant is that close.
+of order u times a bound are left out of the bound: they are below 2^-48 of it, and no constant is so tight.
 P is ``per_time``, ticks in a unit of time; a tick is a power of two, at most 2^-52, so multiplying by it or
-by P is exact. ``plus`` gives the rounded sum and what was lost, exactly (Knuth, *Seminumerical Algorithms*,
-4.2.2); ``product_error`` what a product lost (a fused multiply-add, or Dekker, Numerische Mathematik 18,
+by P is exact. ``plus`` gives the rounded sum and its error, exactly (Knuth, *Seminumerical Algorithms*,
+4.2.2); ``product_error`` the error of a product (a fused multiply-add, or Dekker, Numerische Mathematik 18,
 1971).
 
 Sizes
@@ -20,7 +20,7 @@ Sizes
 The filters work where the sum of the radii and the relative speed are above SMALL = 2^-200, and they and all
 lengths below LARGE = 2^200. A prediction reaches 2^62 ticks, at most 2^10 units of time, so |u_x t| < 2^211
 and no coordinate is above 2^212. Then nothing overflows: the largest products are slope^2 and speed^2 q,
-below 2^850. And R^2 |u|^2 >= 2^-801 is a normal number. What is not finite fails every comparison.
+below 2^850. And R^2 |u|^2 >= 2^-801 is a normal number. A number that is not finite fails every comparison.
 
 *Underflow.* A product that underflows is off by 2^-1075, ``product_error`` by at most 2^-1073; so a place by
 less than 2^-1071, and a product of a place with a speed by less than 2^-870. **TINY = 2^-500** is in every
@@ -57,8 +57,8 @@ m); together
 
     |D - d - low| <= u^2 (9 m - f) <= 9 u^2 m                                                            (1')
 
-*Sizes*: a period is above the sum of two radii, so above SMALL, and
-m has it: below LARGE, no product overflows, and an error of n P does not underflow.
+*Sizes*: a period is above the sum of two radii, so above SMALL, and m includes it: below LARGE, no product
+overflows, and an error of n P does not underflow.
 
 Accelerations
 =============
@@ -70,13 +70,13 @@ roundings of terms of size 2 u, and ``times`` leaves out one of u^2.
 (``speed``) and m = |x| + |x2| + |g| + (|v| + |a| te) te (``size``): a te is off by 8 u^2 |a| te, u + w by 3
 u^2 (|v| + |v2| + |a| te) more, so by 12 u^2 S; the first body's flight by (3 (|v| + |a| te / 2) + 4 |a| te +
 8 (|v| + |a| te / 2)) u^2 te. g is exact, as ``turns`` is whole, below 2^32; x2 - x + g is off by 3 u^2 (|x| +
-|x2| + |g|), and d + low, which is that less the flight, by 16 u^2 m; by 19 where a corner is taken off as
-well, which is part of m. b + c is exact, so b is 0 if and only if the accelerations are equal.
+|x2| + |g|), and d + low, which is this less the flight, by 16 u^2 m; by 19 if a corner is subtracted as well,
+which is part of m. b + c is exact, so b is 0 if and only if the accelerations are equal.
 
-*Grains* (``grain_at``). At a whole tick n a separation is a multiple of a power of two: of the least of the
-lowest bits of both places and of what is added to them, and of the lowest bits of the velocities times those
-of the ticks, of the accelerations times their squares. Where a number that is such a multiple is known to be
-less than one of it, it is 0: that settles ties, on lattices of small dyadic numbers all the time.
+*Grains* (``grain_at``). At a whole tick n a separation is a multiple of a power of two: the least of the
+lowest bits of both places and of the numbers added to them, and of the lowest bits of the velocities times
+the ticks' lowest bit, and of the accelerations times its square. If such a multiple is smaller than the power
+of two, it is 0: this decides ties, which are everywhere on lattices of small dyadic numbers.
 """
 
 import math
@@ -98,8 +98,8 @@ TINY = 2.0**-500
 
 
 class Separation(NamedTuple):
-    """How far two bodies are apart along an axis at the later anchor, ``d + low``, and how fast they move
-    apart, ``u + w``: each a rounded number and what rounding took from it.
+    """The separation of two bodies along an axis at the later anchor, ``d + low``, and its rate, ``u + w``:
+    each a rounded number and its rounding error.
 
     ``w`` is exact, ``low`` nearly. ``size`` is the sum of the magnitudes that ``d`` is made of.
     """
@@ -113,7 +113,7 @@ class Separation(NamedTuple):
 
 @hook
 def plus(a: float, b: float) -> tuple[float, float]:
-    """Returns the rounded sum of two numbers, and exactly what rounding took from it."""
+    """Returns the rounded sum of two numbers, and exactly its rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -128,7 +128,7 @@ def less_corner(s: Separation, c: float, c_low: float) -> Separation:
 
 @hook
 def seen(axis: Axis, time: float, rest: float) -> Separation:
-    """Returns the separation along an axis of two bodies of which the first has flown for ``time + rest``."""
+    """Returns the separation along an axis of two bodies; the first has flown for ``time + rest``."""
     flown = axis.v * time
     far, far_low = plus(axis.x2, -axis.x)
     moved = 0.0
@@ -154,22 +154,22 @@ def separations(plans: Plans) -> tuple[Separation, Separation]:
 
 @hook
 def along(x: Separation, ux: float, y: Separation, uy: float) -> tuple[float, float]:
-    """Returns d.u at the later anchor, and how far it can be off."""
+    """Returns d.u at the later anchor, and a bound of its error."""
     return x.d * ux + y.d * uy, 2.0**-50 * (x.size * abs(ux) + y.size * abs(uy)) + TINY
 
 
 @hook
 def separation_at(t: float, s: Separation) -> tuple[float, float]:
-    """Returns a separation a time t after the later anchor, rounded, and nearly what rounding took off."""
+    """Returns a separation a time t after the later anchor, rounded, and nearly its rounding error."""
     flown = s.u * t
     place, rest = plus(s.d, flown)
     return place, rest + (product_error(s.u, t, flown) + (s.low + s.w * t))
 
 
 class Motion(NamedTuple):
-    """How two bodies move along an axis from the later anchor on: separation ``d + low``, velocity ``u + w``,
-    acceleration ``b + c``, each a rounded number and what rounding took from it; and the sizes of what the
-    first two are made of."""
+    """The relative motion of two bodies along an axis from the later anchor on: separation ``d + low``,
+    velocity ``u + w``, acceleration ``b + c``, each a rounded number and its rounding error; and the sizes of
+    the terms of the first two."""
 
     d: float
     low: float
@@ -197,7 +197,7 @@ def times(a: float, low: float, b: float, low2: float) -> tuple[float, float]:
 
 @hook
 def motion_of(axis: Axis, time: float, rest: float) -> Motion:
-    """Returns how two bodies move along an axis, of which the first has flown for ``time + rest``."""
+    """Returns the relative motion of two bodies along an axis; the first has flown for ``time + rest``."""
     gained, gained_low = times(time, rest, axis.a, 0.0)
     u, w = plus(axis.v2, -axis.v)
     u, w = total(u, w, -gained, -gained_low)
@@ -218,22 +218,22 @@ def motion_of(axis: Axis, time: float, rest: float) -> Motion:
 
 @hook
 def time_of(count: int, tick: float) -> tuple[float, float]:
-    """Returns how long a number of ticks is: a rounded time, and what rounding took from it."""
+    """Returns the length of a number of ticks: a rounded time, and its rounding error."""
     ticks = float(count)
     return ticks * tick, float(count - int(ticks)) * tick
 
 
 @hook
 def motions(plans: Plans) -> tuple[Motion, Motion]:
-    """Returns how two bodies move along both axes."""
+    """Returns the relative motion of two bodies along both axes."""
     time, rest = time_of(plans.elapsed, plans.tick)
     return motion_of(plans.x, time, rest), motion_of(plans.y, time, rest)
 
 
 @hook
 def place_at(motion: Motion, t: float, rest: float) -> tuple[float, float, float]:
-    """Returns the separation along an axis at a time ``t + rest``, a sum of two doubles, and the size of what
-    it is made of."""
+    """Returns the separation along an axis at a time ``t + rest``, a sum of two doubles, and the size of its
+    terms."""
     half, half_low = times(t, rest, 0.5 * motion.b, 0.5 * motion.c)
     half, half_low = total(half, half_low, motion.u, motion.w)
     flown, flown_low = times(half, half_low, t, rest)
@@ -243,7 +243,7 @@ def place_at(motion: Motion, t: float, rest: float) -> tuple[float, float, float
 
 @hook
 def grain_of(value: float) -> float:
-    """Returns the greatest power of two of which a number is a multiple: infinity for 0."""
+    """Returns the greatest power of two that divides a number: infinity for 0."""
     if value == 0.0:
         return math.inf
     part, exponent = math.frexp(value)
@@ -253,8 +253,8 @@ def grain_of(value: float) -> float:
 
 @hook
 def grain_at(axis: Axis, elapsed: int, count: int, tick: float) -> float:
-    """Returns a power of two of which a separation along an axis is a multiple after a number of ticks; the
-    first body has flown for ``elapsed`` more."""
+    """Returns a power of two that divides a separation along an axis after a number of ticks; the first body
+    has flown for ``elapsed`` more."""
     grain = smaller(grain_of(axis.x), grain_of(axis.x2))
     grain = smaller(grain, smaller(grain_of(axis.corner), grain_of(axis.corner_low)))
     if axis.turns != 0.0:

@@ -1,71 +1,70 @@
-"""When two convex bodies that do not rotate touch or part: the exact ticks.
+"""The exact ticks of contact and of parting of two convex bodies that do not rotate.
 
-Seen from the first body, the place d of the second moves on a line, or with accelerations on a parabola, and
-the two touch where d comes to be within the sum R of their radii of the difference M of their cores
-(docs/specification.md, rules 5s, 7s and 11s). There are three stages; each decides, or leaves that to the
-next.
+Seen from the first body, the place d of the second moves on a line, or with accelerations on a parabola. The
+two touch where d comes within the sum R of their radii of the difference M of their cores
+(docs/specification.md, rules 5s, 7s and 11s). There are three stages; each decides, or leaves the decision to
+the next.
 
 *A filter*, without accelerations (``enters_surely``, ``leaves_surely``): the place comes within the lines of
 all faces, moved out by R, at the last crossing inwards, unless it has crossed one outwards before. Then one
-step in compensated arithmetic says in which tick the gap to this face is none (``tick_at_face``). Without a
-margin, a place may enter where M is only grazed, by no more than what is flush: a visit counts if it surely
+step in compensated arithmetic finds the tick in which the gap to this face closes (``tick_at_face``). Without
+a margin, a place may only graze M on entering, no deeper than the strip: a visit counts if the place surely
 is deeper at one whole tick, half way through (``is_deep``).
 
-*Measures* of d(n) at whole ticks n, for all plans: how far d is beyond the line of a face, moved out by R
-(``GAP``), by R less the strip (``STRIP``) or as it is (``LINE``); and how far along a face, from its first
-corner (``ALONG``) and from its last (``BEYOND``). Each is of degree 2 in n. So it falls on one side of its
-vertex and rises on the other, and the first tick from some n on at which it is below 0 is found by bisection,
-from a guess in doubles (``next_below``). The first tick at which several are is found by asking one after the
-other, from what the last has answered, until none moves it on: each is below 0 in at most two pieces, so that
-ends soon.
+*Measures* of d(n) at whole ticks n, for all plans: the distance of d beyond the line of a face, moved out by
+R (``GAP``), by R less the strip (``STRIP``) or not moved (``LINE``); and the place along a face, from its
+first corner (``ALONG``) and from its last (``BEYOND``). Each is of degree 2 in n. So it falls on one side of
+its vertex and rises on the other, and bisection finds the first tick from some n on at which it is below 0,
+from a guess in doubles (``next_below``). To find the first tick at which several are below 0, each in turn
+starts from the tick of the last one, until none moves the tick on: each is below 0 in at most two pieces, so
+this ends soon.
 
 * *Without a margin*, R = 0, a **visit** is a run of ticks at which d is inside M. It counts if d comes deeper
   than the strip, and contact is in the tick that begins it. A visit that is under way at the first tick that
   counts began by a rounding: contact is in the first tick in which d falls towards the faces that were
   nearest.
 * *With a margin* the contact is in the first tick in which d comes nearer to the corner or the face that is
-  nearest at the tick's end, and is within R of it there: for a corner rule 5. Or it comes into M at once. It
-  counts if d comes nearer than R less the strip in the same way, before it parts.
-* *Parting* is the same with the sense turned round: the first tick in which d comes to be beyond a face, or
-  farther than R from what is nearest.
+  nearest at the tick's end, and is within R of it there: for a corner rule 5. Or d comes into M at once. The
+  contact counts if d comes nearer than R less the strip in the same way, before it parts.
+* *Parting* is the same with the sense reversed: the first tick in which d comes beyond a face, or farther
+  than R from the nearest one.
 
-*The sign* of a measure is computed in doubles, where their error leaves it open in sums of two of them, and
-at last in whole numbers (``shapes_exactly``).
+*The sign* of a measure is computed in doubles; if their error leaves it open, in sums of two doubles; and at
+last in whole numbers (``shapes_exactly``).
 
 Error bounds of the filter
 ==========================
 
-u is 2^-53, size the sum of all magnitudes that d and the corners are made of.
+u is 2^-53, size the sum of the magnitudes of all terms of d and the corners.
 
 - *In double.* The gap to the line of each face, moved out by R, n.d - h with n of length 1, is off by less
   than eight roundings of size: 2^-48 size covers it. Its rate n.v is off by less than 2^-50 of |vx| + |vy|.
-  So each crossing has an interval, and what the classification needs is asked of intervals: which face is
-  crossed inwards last, whether any is crossed outwards before, and, at that time, whether the place is over
-  the face or beyond one of its corners. Rates within their error, ties of two faces and starts on a line are
-  left open.
+  So each crossing has an interval, and the classification uses intervals: which face is crossed inwards
+  last, whether any is crossed outwards before, and, at that time, whether the place is over the face or
+  beyond one of its corners. Rates within their error, ties of two faces and starts on a line are left open.
 - *Deeper by the strip.* From the line of a face that takes speed / rate times the strip; from the disc around
   a corner at most R w |v| / root, w being the strip and root^2 = (R - w)^2 |v|^2 - (d x v)^2, since roots of
-  A and B differ by at most (A - B) / (2 root of B). On that way the place is still to be over the face, or
+  A and B differ by at most (A - B) / (2 root of B). On that way the place must still be over the face, or
   beside the corner.
-- *Room for a tick.* What holds at a crossing is to hold at the tick's end as well: a way of a tick is added
-  to what a place is to be over or beside a face, and a margin is to be wider than four.
+- *Room for a tick.* A condition at a crossing must hold at the tick's end as well: the way of a tick is added
+  to the distances required over or beside a face, and a margin must be wider than four such ways.
 - *A corner.* From a tip, outside the margin but inside the lines of two faces, only the disc around their
-  corner can be entered, or the lines be left: a question about two discs (``discs``), the corner taken off
-  d and off its rounding.
+  corner can be entered, or the lines be left: the case of two discs (``discs``), the corner subtracted from
+  d and from its rounding.
 - *A face.* With x + rest, x a double, along each axis, and the vector along the face a sum of two doubles,
-  n.d - h is computed with every rounding of a product or a sum caught but those of products of two roundings:
-  2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as of discs.
-- *Parting.* A line that goes out of a convex set at a point of its outline, inwards before, does not come
-  back. So it is enough to know one such point: where the line of a face, moved out by R, is crossed outwards,
-  the place being surely between the face's ends; or where the disc around a corner is left, the place being
+  n.d - h is computed with every rounding of a product or a sum caught except in products of two roundings:
+  2^-97 of the sum of the magnitudes, and 2^-52 of the result. One step from the estimate, as for discs.
+- *Parting.* A line that leaves a convex set at a point of its outline, inwards before, does not come back. So
+  it is enough to find one such point: where the line of a face, moved out by R, is crossed outwards, the
+  place being surely between the face's ends; or where the disc around a corner is left, the place being
   surely beyond the faces on both sides. Without a margin it is the first crossing outwards of any face.
 
 Error bounds of the measures
 ============================
 
-*Ties.* On lattices a measure is 0 at whole ticks all the time. The gap to a face is n.(d - c), c being a
-corner of it, so it is a multiple of the lowest bit of n times the lesser of the grain of d (``separation``)
-and the lowest bit of c. If what is computed and its bound together are less than that, it is 0.
+*Ties.* On lattices a measure often is 0 at whole ticks. The gap to a face is n.(d - c), c being a corner of
+it, so it is a multiple of the lowest bit of n times the lesser of the grain of d (``separation``) and the
+lowest bit of c. If the computed value and its bound together are less than that, it is 0.
 
 ``place_at`` gives x + rest with an error of 2^-101 X, X being its size (``separation``). Less a corner, times
 the vector across or along a face, summed, less the line's distance: each operation on sums of two doubles is
@@ -75,7 +74,7 @@ is 512 u^2. The distance of a line moved out by R is a sum of two doubles that i
 strip times the length of the vector is rounded three times: **2^-50** of it. The rate in the middle of a tick
 is a velocity, off by 12 u^2 S, and an acceleration times a time, S + |b| t being the sizes: the same bound
 holds. ``AWAY`` has d less a corner for the vector, off by 2^-101 X itself: as much again. In doubles alone
-(``roughly``) all that is made of two doubles is taken for the first, and each of at most ten operations
+(``roughly``) all sums of two doubles are replaced by the first double, and each of at most ten operations
 rounds off u of a size: **2^-48** is 32 u.
 """
 
@@ -159,8 +158,8 @@ from kinetile.kernel.vectors import product_error
 def gap_to_face(
     f: Numbers, face: int, t: float, along_x: Separation, along_y: Separation
 ) -> tuple[float, float]:
-    """Returns how far a place is outside the line of a face, moved out by R, at a time t after the later
-    anchor, in units of the length of the vector along the face; and how far that can be off."""
+    """Returns the distance of a place outside the line of a face, moved out by R, at a time t after the later
+    anchor, in units of the length of the vector along the face; and a bound of its error."""
     nx = f[face + TY]
     ny = -f[face + TX]
     x, x_rest = separation_at(t, along_x)
@@ -178,14 +177,14 @@ def gap_to_face(
 
 @hook
 def is_still(nx: float, ny: float, x: Separation, y: Separation) -> bool:
-    """Whether a place does not move across a line at all."""
+    """Returns True if a place does not move across a line at all."""
     return (nx == 0.0 or (x.u == 0.0 and x.w == 0.0)) and (ny == 0.0 or (y.u == 0.0 and y.w == 0.0))
 
 
 @hook
 def tick_at_face(f: Numbers, face: int, t: float, x: Separation, y: Separation, per_time: float) -> int:
-    """Returns in which tick after the later anchor a place crosses the line of a face, moved out by R, where
-    it does at about a time t > 0; ``OPEN`` if that is not sure."""
+    """Returns the tick after the later anchor of a place's crossing of the line of a face, moved out by R,
+    given an estimate t > 0 of the time; ``OPEN`` if that is not sure."""
     outside, error = gap_to_face(f, face, t, x, y)
     rate = f[face + TX] * y.u - f[face + TY] * x.u
     unsure = 2.0**-50 * (abs(f[face + TX] * y.u) + abs(f[face + TY] * x.u))
@@ -204,7 +203,7 @@ def tick_at_face(f: Numbers, face: int, t: float, x: Separation, y: Separation, 
 def along_face(
     f: Numbers, row: int, face: int, x: Separation, y: Separation, t: float
 ) -> tuple[float, float]:
-    """Returns how far a place is beyond the first and the last corner of a face at a time, along its way."""
+    """Returns the distances of a place beyond a face's first and last corner at a time, along its way."""
     end = next_corner(f, row, face)
     nx = f[face + NX]
     ny = f[face + NY]
@@ -216,7 +215,7 @@ def along_face(
 
 @hook
 def is_deep(f: Numbers, row: int, x: Separation, y: Separation, t: float, around: float) -> bool:
-    """Whether a place surely is deeper in M than what is flush at the whole tick nearest to a time."""
+    """Returns True if a place surely is deeper in M than the strip at the whole tick nearest to a time."""
     deep = True
     for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         nx = f[face + NX]
@@ -230,7 +229,7 @@ def is_deep(f: Numbers, row: int, x: Separation, y: Separation, t: float, around
 def is_beside(
     f: Numbers, row: int, corner: int, x: Separation, y: Separation, t: float, around: float
 ) -> bool:
-    """Whether a place surely is beyond the faces on both sides of a corner at a time."""
+    """Returns True if a place surely is beyond the faces on both sides of a corner at a time."""
     first = row + FIRST_CORNER
     before = corner - WIDE if corner > first else first + (int(f[row + CORNERS]) - 1) * WIDE
     here, _ = along_face(f, row, corner, x, y, t)
@@ -240,7 +239,7 @@ def is_beside(
 
 @hook
 def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
-    """Returns the corner whose disc a place leaves last, or that which it passes nearest."""
+    """Returns the corner whose disc a place leaves last, or the corner that it passes nearest."""
     reach = f[row + RADIUS]
     speed2 = x.u * x.u + y.u * y.u
     found = row + FIRST_CORNER
@@ -259,7 +258,7 @@ def last_corner(f: Numbers, row: int, x: Separation, y: Separation) -> int:
 
 @apart
 def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
-    """Returns after how many ticks two convex bodies without accelerations part, or ``OPEN``."""
+    """Returns the number of ticks until two convex bodies without accelerations part, or ``OPEN``."""
     x, y = separations(plans)
     per_time = plans.per_time
     count = int(f[row + CORNERS])
@@ -304,7 +303,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
 
 
 class Approach(NamedTuple):
-    """How the second body moves, seen from the first, and where the row of their difference begins."""
+    """The motion of the second body seen from the first, and the row of their difference."""
 
     row: int
     plans: Plans
@@ -314,14 +313,14 @@ class Approach(NamedTuple):
 
 @hook
 def approach_of(row: int, plans: Plans) -> Approach:
-    """Returns what the measures of two bodies are made of."""
+    """Returns the data for the measures of two bodies."""
     x, y = motions(plans)
     return Approach(row, plans, x, y)
 
 
 @hook
 def shifted(axis: Axis, corner: float, low: float) -> Axis:
-    """Returns the plans along an axis with the coordinate of a corner taken off the second body's place."""
+    """Returns the plans along an axis, a corner's coordinate subtracted from the second body's place."""
     return Axis(axis.x, axis.v, axis.a, axis.x2, axis.v2, axis.a2, axis.turns, axis.period, corner, low)
 
 
@@ -335,8 +334,8 @@ def from_corner(f: Numbers, corner: int, plans: Plans) -> Plans:
 
 @subroutine
 def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
-    """Returns a measure after a number of ticks, or its rate in the tick that begins there, or twice what it
-    bends by, as ``order`` says; and how far that can be off."""
+    """Returns a measure after a number of ticks, or its rate in the tick that begins there, or twice its
+    bend, by ``order``; and a bound of its error."""
     vx = f[face + TX]
     vx_low = f[face + TX_LOW]
     vy = f[face + TY]
@@ -396,7 +395,7 @@ def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: i
 
 @hook
 def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> tuple[float, float]:
-    """Returns what ``measured`` does, in doubles."""
+    """Returns the same as ``measured``, in doubles."""
     vx = f[face + TX]
     vy = f[face + TY]
     if kind <= LINE:
@@ -436,7 +435,7 @@ def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
 
 @subroutine
 def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, count: int) -> float:
-    """Returns a power of two of which a measure is a multiple after a number of ticks, or its rate without
+    """Returns a power of two that divides a measure after a number of ticks, or its rate without
     accelerations; or 0."""
     wide = kind == GAP and f[w.row + RADIUS] > 0.0
     if wide or kind == STRIP or kind == AWAY:  # noqa: SIM109 - no tuple in a hook
@@ -472,7 +471,7 @@ def sign_of(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
 
 @subroutine
 def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, sense: int) -> int:
-    """Returns about after how many ticks a measure, times ``sense``, falls below 0, or its rate changes
+    """Returns about the number of ticks until a measure, times ``sense``, falls below 0, or its rate changes
     sign."""
     first, _ = roughly(f, w, face, kind, ITSELF, 0)
     rate, _ = roughly(f, w, face, kind, RATE, 0)
@@ -492,8 +491,8 @@ def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, sense: i
 def first_with(
     f: Numbers, w: Approach, face: int, kind: int, order: int, sense: int, closed: int, low: int, high: int
 ) -> int:
-    """Returns the first count after ``low`` at which a measure or its rate, times ``sense``, is below 0, or
-    at most 0 if ``closed`` is 1: it is at ``high``, not at ``low``, and changes once."""
+    """Returns the first count after ``low`` with a measure or its rate, times ``sense``, below 0, or at most
+    0 if ``closed`` is 1: it is so at ``high``, not at ``low``, and changes once."""
     stride = 1
     guess = between(low, high, guess_of(f, w, face, kind, order, sense))
     while high - low > 1:
@@ -504,8 +503,8 @@ def first_with(
 
 @subroutine
 def next_below(f: Numbers, w: Approach, face: int, kind: int, sense: int, closed: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a measure, times ``sense``, is below 0, or at most 0
-    if ``closed`` is 1; ``NEVER`` if there is none up to ``LIMIT``."""
+    """Returns the first count from ``start`` on with a measure, times ``sense``, below 0, or at most 0 if
+    ``closed`` is 1; ``NEVER`` without one up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
     if sense * sign_of(f, w, face, kind, ITSELF, start) < closed:
@@ -523,8 +522,8 @@ def next_below(f: Numbers, w: Approach, face: int, kind: int, sense: int, closed
 
 @subroutine
 def next_falling(f: Numbers, w: Approach, face: int, kind: int, sense: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which the rate of a measure, times ``sense``, is below 0;
-    ``NEVER`` if there is none up to ``LIMIT``."""
+    """Returns the first count from ``start`` on with the rate of a measure, times ``sense``, below 0;
+    ``NEVER`` without one up to ``LIMIT``."""
     if start > LIMIT:
         return NEVER
     if sense * sign_of(f, w, face, kind, RATE, start) < 0:
@@ -536,7 +535,7 @@ def next_falling(f: Numbers, w: Approach, face: int, kind: int, sense: int, star
 
 @subroutine
 def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a place is inside the lines of all faces."""
+    """Returns the first count from ``start`` on with a place inside the lines of all faces."""
     count = int(f[w.row + CORNERS])
     here = start
     agreed = 0
@@ -553,8 +552,7 @@ def first_inside(f: Numbers, w: Approach, kind: int, start: int) -> int:
 
 @subroutine
 def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a place is outside a line, or on it if
-    ``closed``."""
+    """Returns the first count from ``start`` on with a place outside a line, or on it if ``closed``."""
     found = NEVER
     for k in range(int(f[w.row + CORNERS])):
         face = w.row + FIRST_CORNER + k * WIDE
@@ -564,7 +562,7 @@ def first_outside(f: Numbers, w: Approach, kind: int, closed: int, start: int) -
 
 @subroutine
 def is_inside(f: Numbers, w: Approach, count: int) -> bool:
-    """Whether a place is within the lines of all faces, moved out by R, after a number of ticks."""
+    """Returns True if a place is within the lines of all faces, moved out by R, after a number of ticks."""
     for face in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
         if sign_of(f, w, face, GAP, ITSELF, count) >= 0:
             return False
@@ -573,9 +571,9 @@ def is_inside(f: Numbers, w: Approach, count: int) -> bool:
 
 @subroutine
 def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) -> int:
-    """Returns the tick at which a place comes into a difference without a margin, if it is near a guess, or
-    ``NEVER`` where it stays outside of one line, or ``OPEN``. Without accelerations it is inside for one run
-    of ticks; ``deep``: at some tick deeper than what is flush."""
+    """Returns the tick of a place's entry into a difference without a margin, if it is near a guess, or
+    ``NEVER`` if the place stays outside of one line, or ``OPEN``. Without accelerations it is inside for one
+    run of ticks; ``deep``: at some tick deeper than the strip."""
     w = approach_of(row, plans)
     for face in range(row + FIRST_CORNER, row + FIRST_CORNER + int(f[row + CORNERS]) * WIDE, WIDE):
         rises = sign_of(f, w, face, LINE, RATE, 0) >= 0
@@ -589,10 +587,10 @@ def at_whole_tick(f: Numbers, row: int, plans: Plans, guess: int, deep: bool) ->
 
 
 class Crossings(NamedTuple):
-    """When a place crosses the lines of the faces, moved out by R: inwards ``into`` last, off by
-    ``into_error``, the latest that may be ``latest``; outwards not before ``stays``, and surely by ``out``.
+    """The times of a place's crossings of the lines of the faces, moved out by R: inwards last at ``into``,
+    off by ``into_error``, at most ``latest``; outwards not before ``stays``, and surely by ``out``.
     ``highest`` is the largest gap at time 0. It ``misses`` if it stays outside of a line; ``known``: no rate
-    is within its error, but for lines that it surely is within."""
+    is within its error, except for lines that it surely is within."""
 
     into: float
     into_error: float
@@ -608,7 +606,7 @@ class Crossings(NamedTuple):
 def crossings_of(
     f: Numbers, row: int, x: Separation, y: Separation, size: float, doubt: float, slack: float, until: float
 ) -> Crossings:
-    """Returns the crossings of all faces; what is outwards after ``until`` does not count."""
+    """Returns the crossings of all faces; outward ones after ``until`` do not count."""
     into = -math.inf
     into_error = 0.0
     latest = -math.inf
@@ -646,8 +644,8 @@ def crossings_of(
 def enters_at_corner(
     f: Numbers, row: int, corner: int, x: Separation, y: Separation, plans: Plans, doubt: float, slack: float
 ) -> int:
-    """Returns after how many ticks a place enters the disc around a corner, of a margin, and that of the
-    strip as well, beyond the faces beside it; or what else ``filtered`` says, or ``OPEN``."""
+    """Returns the number of ticks until a place enters the disc around a corner, with the margin, and with
+    the strip's margin as well, beyond the faces beside it; or another answer of ``filtered``, or ``OPEN``."""
     reach = f[row + RADIUS]
     corner_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
     corner_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
@@ -667,7 +665,7 @@ def enters_at_corner(
 
 @apart
 def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
-    """Returns after how many ticks two convex bodies without accelerations touch, or ``OPEN``."""
+    """Returns the number of ticks until two convex bodies without accelerations touch, or ``OPEN``."""
     x, y = separations(plans)
     per_time = plans.per_time
     faces = row + FIRST_CORNER
@@ -711,7 +709,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
             around = doubt + speed * error + per_tick
             first, last = along_face(f, row, face, x, y, t)
             over = first > around and last < -around
-            if over and comes > 0.0:  # it is to be over the face until it is a strip deeper
+            if over and comes > 0.0:  # it must be over the face until it is a strip deeper
                 sinking = error + f[row + FLUSH] / (-rate - slack)
                 further = around + speed * sinking + per_tick
                 sinks = first > further and last < -further and t + sinking < last_time
@@ -736,8 +734,8 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
 
 @subroutine
 def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
-    """Returns the sign of how much farther a place is out of the line of a face than of that of another one,
-    after a number of ticks."""
+    """Returns the sign of a place's distance out of a face's line less its distance out of another face's
+    line, after a number of ticks."""
     t, rest = time_of(count, w.plans.tick)
     px, _, x_size = place_at(w.x, t, rest)
     py, _, y_size = place_at(w.y, t, rest)
@@ -779,7 +777,7 @@ def first_nearer(f: Numbers, w: Approach, start: int) -> int:
 
 @subroutine
 def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
-    """Whether a place is over a face, its ends included, on the outer side of its line or on it."""
+    """Returns True if a place is over a face, its ends included, on the outer side of its line or on it."""
     if sign_of(f, w, face, LINE, ITSELF, count) < 0 or sign_of(f, w, face, ALONG, ITSELF, count) < 0:
         return False
     return sign_of(f, w, face, BEYOND, ITSELF, count) <= 0
@@ -787,7 +785,7 @@ def is_over(f: Numbers, w: Approach, face: int, count: int) -> bool:
 
 @subroutine
 def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
-    """Returns the first count from ``start`` on at which a place is between the two faces at a corner."""
+    """Returns the first count from ``start`` on with a place between the two faces at a corner."""
     first = w.row + FIRST_CORNER
     before = corner - WIDE if corner > first else first + (int(f[w.row + CORNERS]) - 1) * WIDE
     here = start
@@ -801,7 +799,7 @@ def first_beside(f: Numbers, w: Approach, corner: int, start: int) -> int:
 @subroutine
 def across_corner(f: Numbers, w: Approach, corner: int, kind: int, sense: int, start: int) -> int:
     """Returns the first tick from ``start`` on at whose begin and end a corner is nearest, and in which rule
-    5 holds of the disc around it, of the margin that ``kind`` has; or if ``sense`` is -1, of its outside."""
+    5 holds for the disc around it, with the margin of ``kind``; or for its outside if ``sense`` is -1."""
     own = from_corner(f, corner, w.plans)
     margin, low = margin_of(f, w.row, kind)
     tick = start
@@ -820,8 +818,8 @@ def across_corner(f: Numbers, w: Approach, corner: int, kind: int, sense: int, s
 @subroutine
 def across_face(f: Numbers, w: Approach, face: int, kind: int, sense: int, over: int, start: int) -> int:
     """Returns the first tick from ``start`` on at whose end a place is within a margin, ``kind``, of the line
-    of a face, and in which it comes nearer; or if ``sense`` is -1, is beyond that and goes away. If ``over``
-    is 1, at whose end it is over the face."""
+    of a face, and in which it comes nearer; or if ``sense`` is -1, at whose end it is beyond that and goes
+    away. If ``over`` is 1, it is also over the face at the end."""
     here = start + 1
     while True:
         there = next_below(f, w, face, kind, sense, 0, here)
@@ -838,8 +836,8 @@ def across_face(f: Numbers, w: Approach, face: int, kind: int, sense: int, over:
 
 @subroutine
 def across_any(f: Numbers, w: Approach, kind: int, sense: int, start: int) -> int:
-    """Returns the first tick from ``start`` on in which a place comes within a margin, ``kind``, of a face or
-    a corner that is nearest at its end, or is farther, as ``sense`` says."""
+    """Returns the first tick from ``start`` on in which a place comes within a margin, ``kind``, of the
+    nearest face or corner at its end, or leaves it, by ``sense``."""
     found = NEVER
     for this in range(w.row + FIRST_CORNER, w.row + FIRST_CORNER + int(f[w.row + CORNERS]) * WIDE, WIDE):
         found = smaller(found, across_face(f, w, this, kind, sense, 1, start))
@@ -849,7 +847,7 @@ def across_any(f: Numbers, w: Approach, kind: int, sense: int, start: int) -> in
 
 @subroutine
 def counts_after(f: Numbers, w: Approach) -> int:
-    """Returns from which tick on two that have just met may meet again (rule 7s)."""
+    """Returns the first tick of a new contact allowed for two that have just met (rule 7s)."""
     first = w.row + FIRST_CORNER
     count = int(f[w.row + CORNERS])
     outside = f[w.row + RADIUS] == 0.0
@@ -880,7 +878,7 @@ def counts_after(f: Numbers, w: Approach) -> int:
 
 @subroutine
 def first_visit(f: Numbers, w: Approach, start: int) -> int:
-    """Returns the tick of contact where there is no margin, from ``start`` on."""
+    """Returns the tick of contact without a margin, from ``start`` on."""
     here = start
     while True:
         begins = first_inside(f, w, GAP, here)
@@ -913,7 +911,7 @@ def first_within(f: Numbers, w: Approach, kind: int, start: int) -> int:
 
 @subroutine
 def first_touch(f: Numbers, w: Approach, start: int) -> int:
-    """Returns the tick of contact where there is a margin, from ``start`` on."""
+    """Returns the tick of contact with a margin, from ``start`` on."""
     here = start
     while True:
         begins = first_within(f, w, GAP, here)
@@ -929,7 +927,7 @@ def first_touch(f: Numbers, w: Approach, start: int) -> int:
 
 @subroutine
 def enters_by_measures(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
-    """Returns what ``enters`` does, of a difference that is no point."""
+    """Returns the same as ``enters``, for a difference that is not a point."""
     w = approach_of(row, plans)
     start = since
     if met > 0:
@@ -941,7 +939,7 @@ def enters_by_measures(f: Numbers, row: int, plans: Plans, met: int, since: int)
 
 @subroutine
 def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
-    """Returns what ``leaves`` does, of a difference that is no point."""
+    """Returns the same as ``leaves``, for a difference that is not a point."""
     w = approach_of(row, plans)
     if f[row + RADIUS] > 0.0:
         return across_any(f, w, GAP, -1, since)
@@ -953,8 +951,8 @@ def leaves_by_measures(f: Numbers, row: int, plans: Plans, since: int) -> int:
 
 @apart
 def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
-    """Returns how many ticks after the later anchor two convex bodies touch, from ``since`` on, or ``NEVER``;
-    ``met`` is 1 if they have just met. ``row`` is where the row of their difference begins in the table
+    """Returns the ticks after the later anchor until two convex bodies touch, from ``since`` on, or
+    ``NEVER``; ``met`` is 1 if they have just met. ``row`` is the index of their difference's row in the table
     ``f``."""
     count = int(f[row + CORNERS])
     if count == 1:
@@ -975,8 +973,8 @@ def enters(f: Numbers, row: int, plans: Plans, met: int, since: int) -> int:
 
 @apart
 def leaves(f: Numbers, row: int, plans: Plans, since: int) -> int:
-    """Returns how many ticks after the later anchor two convex bodies part that pass through each other, from
-    ``since`` on, or ``NEVER``."""
+    """Returns the ticks after the later anchor until two convex bodies that pass through each other part,
+    from ``since`` on, or ``NEVER``."""
     if f[row + CORNERS] == 1.0:
         own = from_corner(f, row + FIRST_CORNER, plans)
         return int(parting(own, f[row + RADIUS], f[row + RADIUS_LOW], since))

@@ -1,10 +1,10 @@
-"""Measures of convex bodies in whole numbers: the last resort, right for all that has room.
+"""Measures of convex bodies in whole numbers: the last resort, right for all numbers that fit.
 
-A measure (``shapes``) is a product of two vectors: of a place, of what a tick adds to it, or of what it
-bends by; and of a vector along a face of the difference of two shapes, or across it, or from a corner. At
-whole ticks all of them are whole numbers times a power of two. The distance of a line from that of a face is
-a multiple of the vector's length, a root, so squares are compared: products of four. Which of two faces a
-place is farther out of is a question of products of six.
+A measure (``shapes``) is a product of two vectors: one is a place, its change in a tick, or the change of
+that change; the other lies along a face of the difference of two shapes, or across it, or begins at a corner.
+At whole ticks all of them are whole numbers times a power of two. The distance of a line from a face's line
+is a multiple of the vector's length, a root, so squares are compared: products of four. Comparing the
+distances of a place from two faces needs products of six.
 
 Rows are those of ``discs_exactly``, among them H, half the acceleration times the square of a tick, with room
 for the square of a count.
@@ -29,19 +29,19 @@ from kinetile.kernel.certificates.plans import Plans
 from kinetile.kernel.compiled import Numbers, apart, hook, subroutine, zeros
 
 CORNERS, RADIUS, RADIUS_LOW, ALL_SIZES, LEAST, PLAIN, FLUSH, FIRST_CORNER = range(8)
-"""Columns of a row's head: the corners, R as a sum of two, more than all coordinates and R together, not more
-than any double in the row that is not 0; whether M is an upright box without a margin, or 0; the width of the
-strip that counts for nothing; and where the corners begin."""
+"""Columns of a row's head: the number of corners, R as a sum of two, more than all coordinates and R
+together, not more than any double in the row that is not 0; whether M is an upright box without a margin, or
+0; the width of the strip without effect; and the beginning of the corners."""
 
 CX, CY, CX_LOW, CY_LOW, TX, TY, TX_LOW, TY_LOW, FAR_OUT, FAR_LOW, NX, NY, OUT, RANK, WIDE = range(15)
-"""Columns of a corner and the face that goes from it: the corner; the face's way, or another vector along it;
-how far its line, moved out by R, is from the origin, in units of that vector's length; its normal as rule 9s
-has it; the same distance in units of that; its number; and how many columns there are."""
+"""Columns of a corner and the face that begins there: the corner; the face's way, or another vector along it;
+the distance of its line, moved out by R, from the origin, in units of that vector's length; its normal as in
+rule 9s; the same distance in units of that; its number; and the number of columns."""
 
 
 DX, DY, UX, UY, HX, HY, AX, AY, WAY_X, WAY_Y, WIDTH, COUNT_ROW = range(0, 12 * CELLS, CELLS)
-"""Rows of lengths: the separation at the later anchor, what a tick adds to it, and half of what changes that;
-a place or a rate, a vector along a face, a width, and a count of ticks."""
+"""Rows of lengths: the separation at the later anchor, its change in a tick, and half the change of that; a
+place or a rate, a vector along a face, a width, and a count of ticks."""
 
 GAP_OF, LENGTH2, LEAST_GAP, LEAST_LENGTH2, WIDTH2 = range(12 * CELLS, 22 * CELLS, 2 * CELLS)
 """Rows of products of two: of a normal and a place, and the square of the normal; the same of another face;
@@ -55,12 +55,12 @@ WHOLE = 32 * CELLS
 
 
 GAP, STRIP, LINE, ALONG, BEYOND, AWAY = range(6)
-"""Measures: beyond the line of a face moved out by R, or by R less the strip, or as it is; along a face from
-its first corner, and from its last; and, of rates alone, away from a corner, from where the place is at the
-later anchor."""
+"""Measures: beyond the line of a face moved out by R, or by R less the strip, or not moved; along a face from
+its first corner, and from its last; and, for rates alone, away from a corner, from the place at the later
+anchor."""
 
 ITSELF, RATE, BEND = range(3)
-"""What is asked of a measure: itself, what a tick adds to it, and half of what that changes by."""
+"""Orders of a measure: itself, its change in a tick, and half the change of that."""
 
 
 @hook
@@ -72,8 +72,7 @@ def next_corner(f: Numbers, row: int, face: int) -> int:
 
 @hook
 def margin_of(f: Numbers, row: int, kind: int) -> tuple[float, float]:
-    """Returns how far lines are moved out, a sum of two doubles: by R, or by R' of rule 5s, below 0 for
-    in."""
+    """Returns the outward shift of lines, a sum of two doubles: R, or R' of rule 5s; below 0 for inward."""
     if kind == GAP:
         return f[row + RADIUS], f[row + RADIUS_LOW]
     return f[row + RADIUS] - f[row + FLUSH], 0.0
@@ -83,7 +82,7 @@ def margin_of(f: Numbers, row: int, kind: int) -> tuple[float, float]:
 def difference_of(
     m: Cells, target: int, from_row: int, value: float, low: float, first: int, end: int
 ) -> None:
-    """Makes a number another one less a sum of two doubles."""
+    """Writes the difference of a number and a sum of two doubles into a row."""
     copy(m, target, from_row, first, end)
     put(m, target, value, 0, -1)
     put(m, target, low, 0, -1)
@@ -92,14 +91,14 @@ def difference_of(
 
 @subroutine
 def from_corner(m: Cells, f: Numbers, corner: int, x: int, y: int, first: int, end: int) -> None:
-    """Puts a place, less a corner, in two rows."""
+    """Writes a place, less a corner, into two rows."""
     difference_of(m, AX, x, f[corner + CX], f[corner + CX_LOW], first, end)
     difference_of(m, AY, y, f[corner + CY], f[corner + CY_LOW], first, end)
 
 
 @subroutine
 def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
-    """Puts the vector along a face in the rows ``WAY_X`` and ``WAY_Y``."""
+    """Writes the vector along a face into the rows ``WAY_X`` and ``WAY_Y``."""
     for row, at, low in ((WAY_X, TX, TX_LOW), (WAY_Y, TY, TY_LOW)):
         clear(m, row, first, end)
         put(m, row, f[face + at], 0, 1)
@@ -109,20 +108,20 @@ def along_face(m: Cells, f: Numbers, face: int, first: int, end: int) -> None:
 
 @subroutine
 def dot(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
-    """Puts the scalar product of two vectors in a row; returns its sign."""
+    """Writes the scalar product of two vectors into a row; returns its sign."""
     return two_products(m, target, ax, bx, 1, ay, by, first, end)
 
 
 @subroutine
 def cross(m: Cells, target: int, ax: int, ay: int, bx: int, by: int, first: int, end: int) -> int:
-    """Puts the cross product of two vectors in a row; returns its sign."""
+    """Writes the cross product of two vectors into a row; returns its sign."""
     return two_products(m, target, ax, by, -1, ay, bx, first, end)
 
 
 @subroutine
 def is_nearer(m: Cells, first: int, end: int) -> int:
-    """Returns the sign of how much nearer a place in M is to the line of a face (``GAP_OF``, ``LENGTH2``)
-    than to that of another one (``LEAST_GAP``, ``LEAST_LENGTH2``): of g'^2 n.n - g^2 n'.n'."""
+    """Returns the sign of g'^2 n.n - g^2 n'.n': positive if a place in M is nearer to the line of a face
+    (``GAP_OF``, ``LENGTH2``) than to another face's (``LEAST_GAP``, ``LEAST_LENGTH2``)."""
     clear(m, SIXES, 6 * first, 6 * end)
     for gap, length2, sign in ((GAP_OF, LEAST_LENGTH2, -1), (LEAST_GAP, LENGTH2, 1)):
         clear(m, FOURS, 4 * first, 4 * end)
@@ -135,7 +134,7 @@ def is_nearer(m: Cells, first: int, end: int) -> int:
 
 @subroutine
 def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
-    """Makes numbers of two paths and of a row; returns the cells that are in use; an end of 0: no room."""
+    """Writes the numbers of two paths and of a row; returns the cells in use, or an end of 0: no room."""
     power = int(math.frexp(plans.tick)[1]) - 1
     first, end = room(CELLS, 0, f[row + ALL_SIZES], 0)
     first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
@@ -149,8 +148,8 @@ def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
 
 @subroutine
 def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
-    """Puts the separation after a number of ticks, what a tick then adds to it, or what that bends by, in the
-    rows ``AX`` and ``AY``."""
+    """Writes the separation after a number of ticks, its change in the tick then, or the change of that, into
+    the rows ``AX`` and ``AY``."""
     put_count(m, COUNT_ROW, count)
     for target, place, step, bend in ((AX, DX, UX, HX), (AY, DY, UY, HY)):
         copy(m, target, bend, first, end)
@@ -170,8 +169,7 @@ def put_vector(m: Cells, order: int, count: int, first: int, end: int) -> None:
 
 @subroutine
 def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int) -> int:
-    """Returns the sign of a square of a gap, less that of a width times the length of the vector of a
-    face."""
+    """Returns the sign of a gap's square less the square of a width times the length of a face's vector."""
     clear(m, WIDTH, first, end)
     put(m, WIDTH, width, 0, 1)
     put(m, WIDTH, low, 0, 1)
@@ -185,7 +183,7 @@ def compared(m: Cells, gap: int, width: float, low: float, first: int, end: int)
 
 @apart
 def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: Plans, count: int) -> int:
-    """Returns the sign of a measure, of its rate or of its bend; 1 of what has no room."""
+    """Returns the sign of a measure, of its rate or of its bend; 1 if it does not fit."""
     m = zeros(WHOLE)
     first, end = read_in(m, f, row, plans)
     if end == 0:
@@ -217,8 +215,8 @@ def sign_exactly(f: Numbers, row: int, face: int, kind: int, order: int, plans: 
 
 @apart
 def farther_out(f: Numbers, row: int, face: int, other: int, plans: Plans, count: int) -> int:
-    """Returns the sign of how much farther a place is out of the line of a face than of that of another one,
-    after a number of ticks; 0 of what has no room."""
+    """Returns the sign of a place's distance out of a face's line less that out of another face's line, after
+    a number of ticks; 0 if it does not fit."""
     m = zeros(WHOLE)
     first, end = read_in(m, f, row, plans)
     if end == 0:

@@ -1,8 +1,8 @@
-"""Structural certificates: when they fail, and how a broad phase says so.
+"""Structural certificates: the ticks of their failures, and their registration by a broad phase.
 
-A structural certificate says that some quantity, a gap between two bounds, is not negative. Whether it will
-fail is decided by the sign of its rate alone, never by comparing times with now: a failure time in the past
-is simply the next event (thesis, section 5.2).
+A structural certificate says that some quantity, a gap between two bounds, is not negative. The sign of its
+rate alone decides whether it will fail, never a comparison of times with now: a failure time in the past is
+the next event (thesis, section 5.2).
 """
 
 import math
@@ -29,16 +29,15 @@ Integers = npt.NDArray[np.int64]
 Doubles = npt.NDArray[np.float64]
 
 FAR = 2.0**62
-"""Ticks. What lies further than this after its bodies' anchors is not predicted: both are re-anchored before.
-"""
+"""Ticks. Nothing further than this after its bodies' anchors is predicted: both are re-anchored before."""
 
 
 @hook
 def schedule(k: Kernel, body: int, tick: int) -> None:
-    """Sets when a body's structural certificate fails; ``NEVER``: it does not. O(1).
+    """Sets the failure tick of a body's structural certificate; ``NEVER``: it does not fail. O(1).
 
-    A body has one. A phase that has several for it schedules the first of them to fail. The body is filed in
-    the queue when the hook has returned.
+    A body has one certificate. A phase that has several for it schedules the first of them to fail. The body
+    is filed in the queue when the hook has returned.
     """
     if body < 0 or body >= k.clock[0].bodies:
         blame(k, BAD_CERTIFICATE, body, NOBODY)
@@ -48,7 +47,7 @@ def schedule(k: Kernel, body: int, tick: int) -> None:
     if before != tick:
         entry.certificate = tick
         k.counts[0].updated += 1
-        # A body that is filed under something else, and earlier than both, stays where it is.
+        # A body that is filed under another event, and earlier than both, stays there.
         if body != k.clock[0].at_work and entry.key >= smaller(before, tick):
             to_be_settled(k, body, NOBODY)
 
@@ -68,9 +67,9 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
     """Returns the tick at which a linear quantity falls below zero, or ``NEVER``.
 
     ``gap`` is its value at tick ``since``, ``rate`` its change per unit of time; ``since`` must be the later
-    of the anchors of the bodies involved. A quantity that falls through zero before now fails now. One that
-    does not fall is left alone, unless at the end of this tick it is still more negative than rounding
-    explains (by ``theta``): then it fails now, whatever its rate.
+    of the anchors of the bodies involved. A quantity that fell through zero before now fails now. One that
+    does not fall is ignored, unless at the end of this tick it is still more negative than rounding explains
+    (by ``theta``): then it fails now, whatever its rate.
     """
     clock = k.clock[0]
     limits = clock.limits
@@ -92,7 +91,7 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
 
 @hook
 def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
-    """Returns what ``falls`` does, to the tick, in each of eight lanes. With no gap and no rate:
+    """Returns the same as ``falls``, to the tick, in each of eight lanes. Without a gap and a rate:
     ``NEVER``."""
     clock = k.clock[0]
     counts = k.counts[0]
@@ -120,8 +119,8 @@ LATEST = 2.0
 """No bound of ``first_rise`` is later than this many times its scale."""
 
 FRACTIONS = (0.5, 0.0625, 0.0)
-"""Where the intervals begin that ``first_rise`` looks at, by its scale, the last one first: each ends where
-the one before begins, and the first of them at ``LATEST``."""
+"""The beginnings of the intervals of ``first_rise``, over its scale, the last one first: each ends at the
+beginning of the one before, and the first of them at ``LATEST``."""
 
 NEWTON_STEPS = 3
 """Steps of ``first_rise`` after that. More of them find later ticks, and cost more."""
@@ -129,8 +128,8 @@ NEWTON_STEPS = 3
 
 @hook
 def steepest(length: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> Floats:
-    """Returns how much, at most, a polynomial rises in a length above what it begins at, if it went on as it
-    does where it is steepest.
+    """Returns a bound of the rise of a polynomial in a length above its first value, if it continued at its
+    steepest rate.
 
     On [0, length] it lies within the hull of its five Bernstein coefficients, at 0, 1/4, ... 1. So it is
     nowhere above the steepest line from the first to one of the others.
@@ -152,8 +151,8 @@ def steepest(length: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats) -> 
 def seen_from(
     t: Floats, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Returns how far a polynomial is below zero at a time, almost nothing if it is not, and its terms from
-    there on but for the last, which stays the same."""
+    """Returns the depth of a polynomial below zero at a time, almost nothing if it is not below, and its
+    terms from there on except the last, which stays the same."""
     tt = t * t
     m = spread(0.0) - ((g0 + g1 * t) + tt * ((g2 + g3 * t) + tt * g4))
     h1 = (g1 + spread(2.0) * g2 * t) + tt * (spread(3.0) * g3 + spread(4.0) * g4 * t)
@@ -167,13 +166,13 @@ def first_rise(k: Kernel, g0: Floats, g1: Floats, g2: Floats, g3: Floats, g4: Fl
     lanes; t is the time since now in units of the clock, 2^52 ticks.
 
     It is now if, and only if, the polynomial is not below zero at the end of this tick. Else it is a lower
-    bound of the first root, or ``NEVER``: when it comes, compute again whether the polynomial has risen.
-    ``scale`` is a time in which the numbers that it was made of change as much as they are. No bound is much
-    later than that, for then rounding is no longer what it was.
+    bound of the first root, or ``NEVER``: at that tick, compute again whether the polynomial has risen.
+    ``scale`` is a time in which the numbers that the polynomial was made of change by as much as their sizes.
+    No bound is much later than that, because the rounding errors would change.
 
-    First comes the interval in which it may rise: all are looked at, since divisions do not wait for each
-    other there. They are the shorter the earlier, for after a flip a polynomial falls from almost zero. Then
-    there are steps, each at most as long as the one before.
+    First comes the interval of a possible rise: all are evaluated, since divisions do not wait for each other
+    there. They are the shorter the earlier, for after a flip a polynomial falls from almost zero. Then there
+    are steps, each at most as long as the one before.
     """
     zero = spread(0.0)
     most = spread(1024.0)
@@ -221,7 +220,7 @@ def ticks_after(k: Kernel, since: int, delay: float) -> int:
 
 
 def falls_many(k: Kernel, since: Integers, gap: Doubles, rate: Doubles) -> Integers:
-    """Returns what ``falls`` does, for many at once: for audits, not for hooks."""
+    """Returns the same as ``falls``, for many at once: for audits, not for hooks."""
     clock = k.clock[0]
     limits = clock.limits
     with np.errstate(all="ignore"):

@@ -1,26 +1,25 @@
-"""When a body reaches a wall: the exact tick.
+"""The exact tick of a body's contact with a wall.
 
-The gap G = far - near - radius widens at a speed ``slope``, and that by ``pull``. Rule 6: the contact is at
-the first tick n with G(n + 1) < min(0, G(n)).
+The gap G = far - near - radius widens at a speed ``slope``, and the speed grows by ``pull``. Rule 6: the
+contact is at the first tick n with G(n + 1) < min(0, G(n)).
 
-*Without an acceleration* that is the floor of G by the speed. What is left of the gap after n ticks, n by a
-division, is known almost exactly. Its quotient by the speed has a bound, and where no whole tick lies within
-it, the floor is known; else whole numbers decide (``discs_exactly``).
+*Without an acceleration* the tick is the floor of G over the speed. The rest of the gap after n ticks, n by a
+division, is known almost exactly. Its quotient by the speed has a bound, and if no whole tick lies within it,
+the floor is known; else whole numbers decide (``discs_exactly``).
 
-G is gap + between_low + gap_low, exactly. After n = time · P ticks, G - speed
-time = left + left_low + low - lost, all exact but for low. Four roundings, of low, low - lost, + left_low, +
-left, lose at most u (3 |low| + 2 |lost| + |left_low| + |rest|); **2^-50 = 8 u** of their sum covers it, and
-TINY what underflows. The quotient by the speed and the fraction are rounded as in ``discs``: 2^-49 of the
-step, 2^-50.
+G is gap + between_low + gap_low, exactly. After n = time · P ticks, G - speed time = left + left_low + low -
+lost, all exact but for low. Four roundings, of low, low - lost, + left_low, + left, lose at most u (3 |low| +
+2 |lost| + |left_low| + |rest|); **2^-50 = 8 u** of their sum covers it, and TINY covers underflow. The
+quotient by the speed and the fraction are rounded as in ``discs``: 2^-49 of the step, 2^-50.
 
 The floor is taken, and compared with 2^62, in whole numbers: as doubles, 2^62 - 1 is 2^62.
 
-*With one* the gap is a place like one along an axis (``separation``), its velocity exact, its size |far| +
-|near| + |radius|: off by 2^-101 X, and **2^-100** is allowed. In a tick that ends at t it widens by slope +
-pull (t - q / 2) a unit of time, with roundings of 5 u of |slope| + |pull| t: **2^-50**. With pull <= 0 rule 6
-holds from its first tick on, and with pull > 0 the gap falls up to there: so a tick at which it holds, after
-one at which it does not, is the first. The discriminant says only that there is no root, with **2^-45** of
-its terms.
+*With an acceleration* the gap is a place like one along an axis (``separation``), its velocity exact, its
+size |far| + |near| + |radius|: off by 2^-101 X, and **2^-100** is allowed. In a tick that ends at t it widens
+by slope + pull (t - q / 2) a unit of time, q being a tick's length, with roundings of 5 u of |slope| + |pull|
+t: **2^-50**. With pull <= 0 rule 6 holds from its first tick on, and with pull > 0 the gap falls up to it: so
+a tick at which it holds, after one at which it does not, is the first. The discriminant only decides that
+there is no root, with **2^-45** of its terms.
 """
 
 import math
@@ -38,7 +37,7 @@ from kinetile.kernel.vectors import product_error
 
 @hook
 def has_room(sizes: float, slope: float, pull: float, tick: float) -> bool:
-    """Whether the bounds for a gap in doubles hold: no number is too large, or too small and not zero."""
+    """Returns True if the bounds for a gap in doubles hold: no size too large, or too small and not 0."""
     slow = abs(slope) < SMALL and slope != 0.0
     weak = abs(pull) < SMALL and pull != 0.0
     return bool(sizes + (abs(slope) + abs(pull)) < LARGE and not (slow or weak) and tick > 2.0**-100)
@@ -48,10 +47,10 @@ def has_room(sizes: float, slope: float, pull: float, tick: float) -> bool:
 def reaches_edge(
     far: float, near: float, radius: float, slope: float, pull: float, tick: float, per_time: float
 ) -> int:
-    """Returns after how many ticks a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens at
-    the speed ``slope``, by ``pull`` faster after a unit of time.
+    """Returns the number of ticks until a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens
+    at the speed ``slope``, by ``pull`` faster after a unit of time.
 
-    ``tick`` is the length of one, a power of two, and ``per_time`` its inverse.
+    ``tick`` is the length of a tick, a power of two, and ``per_time`` its inverse.
     """
     sizes = abs(far) + abs(near) + abs(radius)
     guess = 0
@@ -123,8 +122,8 @@ def reaches_edge(
 @unchecked
 @hook
 def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
-    """Returns whether a body is within the arena's edges at a tick, by more than its radius and all rounding:
-    where the walls are at these edges, it reaches none up to then."""
+    """Returns True if a body is within the arena's edges at a tick, by more than its radius and all rounding:
+    if the walls are at these edges, it reaches none of them by then."""
     limits = k.clock[0].limits
     x, y = position_at(k, body, tick)
     edge = body.radius + limits.fat
@@ -133,9 +132,9 @@ def inside_arena(k: Kernel, body: Records, tick: int) -> bool:
 
 @hook
 def away_from_walls(place: float, speed: float, pull: float, side: float, edge: float) -> bool:
-    """Returns whether a body has reached neither wall at the ends of an axis, by its place and velocity. It
-    falls to one of them, and so has not been there if it is not now; it has not been
-    at the other if it still rises, or if the vertex of its parabola is before that."""
+    """Returns True if a body has reached neither wall at the ends of an axis, by its place and velocity. The
+    body falls towards one wall: if it is not at this wall now, it has not been there before. It has not been
+    at the other wall if it still rises, or if the vertex of its parabola is before that wall."""
     below = place - edge if pull < 0.0 else side - edge - place
     above = side - edge - place if pull < 0.0 else place - edge
     rises = speed if pull < 0.0 else -speed
@@ -147,7 +146,7 @@ def away_from_walls(place: float, speed: float, pull: float, side: float, edge: 
 @unchecked
 @hook
 def inside_accelerated(k: Kernel, body: Records, tick: int) -> bool:
-    """Returns the same of a body with an acceleration."""
+    """Returns the same for a body with an acceleration."""
     clock = k.clock[0]
     limits = clock.limits
     x, y = position_at(k, body, tick)

@@ -1,24 +1,24 @@
-"""The one place that knows Numba.
+"""The one place that uses Numba.
 
-Phases and kernel are plain Python functions marked with ``hook``. What makes them as fast as C lives here:
+Phases and kernel are plain Python functions marked with ``hook``. The code that makes them as fast as C is
+here:
 
-* ``hooks``: every hook is forced inline, and arrays are viewed without their owners; what is long, and
-  called from few places, is compiled by itself and known to the loop by name (``apart``);
-* ``views``: the tables as a loop sees them, and as hooks do that are not marked ``unchecked``; ``plain``: as
-  Python does;
-* ``composer``: the loop is composed once for a choice of phases (``compose``), and what the compiler says of
-  a hook is made short;
+* ``hooks``: every hook is forced inline, and arrays are viewed without their owners; a long function that is
+  called from few places is compiled separately, and the loop calls it by name (``apart``);
+* ``views``: the tables for a loop, and for hooks that are not marked ``unchecked``; ``plain``: for Python;
+* ``composer``: composes the loop once for a choice of phases (``compose``), and shortens the compiler's
+  message on a hook;
 * ``fingerprint`` and ``cache``: machine code is kept on disk, under a name that carries a fingerprint of
   everything compiled into it;
-* ``limits``: what a process may take, kept by the system, since no compiled loop can be interrupted.
+* ``limits``: limits of a process, enforced by the system, since no compiled loop can be interrupted.
 
 Called from Python a hook is its Python function, so the same source runs without a compiler: at the start of
-a run, in a debugger, for coverage, and in all that a process runs with ``NUMBA_DISABLE_JIT=1``.
+a run, in a debugger, for coverage, and throughout a process with ``NUMBA_DISABLE_JIT=1``.
 """
 
 import os
 
-if not os.path.isdir(__path__[0]):  # fingerprints of loops are of files beside the code
+if not os.path.isdir(__path__[0]):  # fingerprints of loops are made from files beside the code
     raise ImportError(f"kinetile cannot run from within an archive ({__path__[0]}): unpack the wheel")
 
 from kinetile.kernel.compiled.composer import NOTHING_IS_COMPILED as NOTHING_IS_COMPILED

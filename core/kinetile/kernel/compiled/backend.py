@@ -1,9 +1,9 @@
-"""Numba and LLVM: the only file that imports them, and what kinetile uses of them that is not public.
+"""Numba and LLVM: the only file that imports them, with the parts that are not public.
 
-Numba promises its public names for a year or two, and nothing of the others. So these are here, with the
-versions that they are known in (pyproject.toml has the same), and are compared with what is installed when
-this file is imported: one that is not there, or lacks a member that kinetile overrides or reads, is named in
-one sentence, before anything is compiled.
+Numba promises its public names for a year or two, and nothing about the others. So these are here, with the
+versions of Numba that they are tested with (pyproject.toml has the same). The import of this file compares
+them with the installed Numba: a part that is missing, or lacks a member that kinetile overrides or reads, is
+named in one sentence, before anything is compiled.
 """
 
 import operator
@@ -28,7 +28,7 @@ from numba.extending import models as models
 from numba.extending import register_model as register_model
 
 VERSIONS = ">=0.60,<0.69"
-"""The versions of Numba with private parts that are known."""
+"""The supported versions of Numba, by their private parts."""
 
 
 FOLDER = str(Path(_numba.__file__).parent)
@@ -36,7 +36,7 @@ FOLDER = str(Path(_numba.__file__).parent)
 
 
 def misfit(what: str) -> str:
-    """Returns the message for a part of Numba that is not as it was."""
+    """Returns the message for a part of Numba that has changed."""
     return (
         f"kinetile uses parts of Numba that are not public, and numba {_numba.__version__} has other ones: "
         f"{what}; install numba{VERSIONS}"
@@ -105,15 +105,15 @@ MEMBERS: dict[Any, str] = {
 
 
 def _mentions(part: Any, name: str) -> bool:
-    """Whether a class has a member, or its methods set or read an attribute of this name."""
+    """Returns True if a class has a member, or its methods set or read an attribute of this name."""
     members = (each for base in getattr(part, "__mro__", ()) for each in vars(base).values())
-    functions = (getattr(each, "__func__", each) for each in members)  # those of the class as well
+    functions = (getattr(each, "__func__", each) for each in members)  # class methods as well
     codes = (each.__code__ for each in functions if isinstance(each, FunctionType))
     return hasattr(part, name) or any(name in each.co_names for each in codes)
 
 
 def check() -> None:
-    """Compares what is installed with ``MEMBERS``; raises ImportError with what is missing."""
+    """Compares the installed Numba with ``MEMBERS``; raises ImportError with the missing member."""
     for part, names in MEMBERS.items():
         for name in names.split():
             if not _mentions(part, name):
@@ -124,7 +124,7 @@ check()
 
 
 class _NoEnvironment:
-    """Numba's code generator, which has no machine code to tell where a function's environment is."""
+    """Numba's code generator, without machine code that needs the address of a function's environment."""
 
     def __init__(self, generator: Any) -> None:
         self._generator = generator
@@ -133,26 +133,26 @@ class _NoEnvironment:
         return getattr(self._generator, name)
 
     def set_env(self, name: str, environment: Any) -> None:
-        """Does nothing: an environment is read by code that has Python objects, and hooks have none."""
+        """Does nothing: only code with Python objects reads an environment, and hooks have no objects."""
 
 
 class _Code(JITCodeLibrary):
-    """The code of a function that Python calls: optimised once, with all that is linked into it."""
+    """The code of a function that Python calls: optimised once, together with all code linked into it."""
 
     def _optimize_functions(self, module: Any) -> None:
-        """Leaves that for later: a small loop would get its first turn apart, and so all its code twice."""
+        """Leaves this for later: a small loop would be optimised alone first, and so all its code twice."""
         module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        """Leaves out the round that is for counts of references, and has pairs along x and y as vectors."""
+        """Leaves out the round for reference counts, and vectorises pairs along x and y."""
         made = cast(Any, self._codegen)._module_pass_manager(slp_vectorize=True)
         passes, *how = made if isinstance(made, tuple) else (made,)  # alone before Numba 0.62
         passes.run(self._final_module, *how)
 
 
 class _LinkedCode(_Code):
-    """The code of a hook or a subroutine, which is only ever linked into that of its callers: not made
-    machine code, and optimised alone only by what makes it shorter, which saves time to compile a loop."""
+    """The code of a hook or a subroutine, which is only linked into its callers: it is not made machine code,
+    and is optimised alone only by passes that shorten it, which saves time to compile a loop."""
 
     @property
     def codegen(self) -> Any:
@@ -162,8 +162,8 @@ class _LinkedCode(_Code):
     """Whether the function takes NumPy's arrays."""
 
     def _optimize_functions(self, module: Any) -> None:
-        """Takes the parts out of arrays: what is kept on disk, and linked into each caller, has a fifth of
-        the instructions. Other hooks are left as they are: the loop would become another, hardly sooner."""
+        """Splits arrays into parts: code on disk, linked into each caller, has a fifth of the instructions.
+        Other hooks are left as they are: the loop would become different code, hardly sooner."""
         super()._optimize_functions(module)
         if self.has_arrays and hasattr(self._codegen, "_pass_builder"):  # the latter not before Numba 0.62
             how = cast(Any, self._codegen)._pass_builder()
@@ -174,10 +174,10 @@ class _LinkedCode(_Code):
                 passes.run(each, how)
 
     def _optimize_final_module(self) -> None:
-        """Leaves that to the callers."""
+        """Leaves this to the callers."""
 
     def _get_module_for_linking(self) -> Any:
-        """Returns the module as callers link it: Numba would copy it first, and no one uses it otherwise."""
+        """Returns the module that callers link: Numba would copy it first, and nothing else uses it."""
         cast(Any, self)._ensure_finalized()
         if self._shared_module is None:
             self._shared_module = self._final_module
@@ -187,14 +187,14 @@ class _LinkedCode(_Code):
         return self._shared_module
 
     def _finalize_final_module(self) -> None:
-        """Notes that the code is complete, and makes no machine code of it."""
+        """Marks the code as complete, without making machine code of it."""
         cast(Any, self)._finalize_dynamic_globals()
         self._finalized = True
 
 
 class _Function(types.Function):  # type: ignore[misc]
-    """Numba's type of a function, an operator say, which remembers what calls come to: type inference asks
-    twice and lowering once more, and Numba tries up to forty candidates each time."""
+    """Numba's type of a function, such as an operator, which remembers the types of calls: type inference
+    needs each twice and lowering once more, and Numba tries up to forty candidates each time."""
 
     def __init__(self, of: Any) -> None:
         super().__init__(of.templates)
@@ -215,11 +215,11 @@ register_model(_Function)(models.OpaqueModel)
 
 _NUMBERS = (types.Number, types.Boolean)
 _OPERATORS = frozenset(filter(callable, vars(operator).values())) - {operator.pow, operator.ipow}
-"""Those that make of a constant what they make of a variable."""
+"""The operators that give a constant the same type as a variable."""
 
 
 class _Typing(Context):
-    """Numba's typing context, in which functions and fields remember."""
+    """Numba's typing context, which remembers the types of functions and fields."""
 
     __slots__ = ("_known",)
 
@@ -228,7 +228,7 @@ class _Typing(Context):
         self._known: dict[Any, Any] = {}
 
     def refresh(self) -> None:
-        """Does nothing: it is done when the outermost function is compiled."""
+        """Does nothing: this is done when the outermost function is compiled."""
 
     def resolve_value_type(self, value: Any) -> Any:
         kind = cast(Any, super()).resolve_value_type(value)
@@ -249,18 +249,18 @@ class _Typing(Context):
 
 
 _typing = cache(lambda context, flags: _Typing(context))
-"""The typing context for these flags of the compiler: what calls come to may depend on them."""
+"""The typing context for these flags of the compiler: the types of calls may depend on them."""
 
 
 def _install(target: Any) -> None:
-    """Enters new code in Numba's target context: that of an intrinsic is there when it has been typed."""
+    """Enters new code in Numba's target context: the code of an intrinsic exists once it has been typed."""
     for registry in target._registries:
         target.install_registry(registry)
 
 
 def _constant(target: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Returns a constant. That of a function which is called is an address of Python's object, which no code
-    reads, and with which code could not be kept on disk."""
+    """Returns a constant. For a called function it would be the address of a Python object, which no code
+    reads, and which would prevent code from being kept on disk."""
     if isinstance(kind, types.Dispatcher):
         return target.get_constant_null(kind)
     return target.get_constant_generic(builder, kind, value)
@@ -271,7 +271,7 @@ _NEEDLESS = {"IRProcessing", "InlineClosureLikes", "NopythonRewrites"}
 
 
 class _Compiler(Compiler):
-    """Numba's compiler, which remembers types, and leaves out passes that bring nothing for most hooks."""
+    """Numba's compiler, which remembers types, and leaves out passes that change nothing for most hooks."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         known = _typing(typing, rest[2].summary())
@@ -292,7 +292,7 @@ class _Compiler(Compiler):
 
 
 def told(kind: Any) -> str | None:
-    """Returns what tells a type from others in any process; None where it may be another: a function's."""
+    """Returns a name for a type that is the same in any process; None without one, as for a function."""
     if isinstance(kind, types.BaseTuple):
         inner = [told(each) for each in kind]
         named = isinstance(kind, types.BaseNamedTuple)
@@ -313,16 +313,16 @@ def _has_arrays(kind: Any) -> bool:
 
 
 _KEPT = "B2v0"
-"""Within the names of functions with the number 0 in place of the one that Numba gives them in a process."""
+"""Within the names of functions, with the number 0 in place of Numba's number in a process."""
 
 
 class LinkingCompiler(_Compiler):
-    """The compiler of what is only ever linked into its callers. Its code may be kept on disk, as LLVM's
+    """The compiler of code that is only linked into its callers. Its code may be kept on disk, as LLVM's
     bitcode (``cache.KeptHook``), and so has names that no process gives to other code."""
 
     kept: Callable[[Any, str], Any]
-    """Returns where a function's code is kept, by what else it depends on: something with a name, that loads
-    and saves it; or None."""
+    """Returns the place of a function's code, by the other things it depends on: an object with a name that
+    loads and saves it; or None."""
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         own = library or cast(Any, _LinkedCode)(target.codegen(), "hook")
@@ -333,8 +333,8 @@ class LinkingCompiler(_Compiler):
         state, found = self.state, self.state.func_id
         code = found.func.__code__
         if "print" in code.co_names and "print" not in found.func.__globals__:
-            # Numba's would keep the lock of the interpreter: what is linked has no environment.
-            at = f'File "{code.co_filename}", line {code.co_firstlineno}:'  # as Numba says where
+            # Numba's print would keep the interpreter's lock: linked code has no environment.
+            at = f'File "{code.co_filename}", line {code.co_firstlineno}:'  # in Numba's form of a place
             raise TypeError(f"{code.co_name} calls print; hooks can, as Python (compiled=False)\n{at}")
         kinds = [told(each) for each in state.args]
         processor = state.targetctx.codegen().magic_tuple()
@@ -348,7 +348,7 @@ class LinkingCompiler(_Compiler):
         result = cast(Any, super())._compile_bytecode()
         if not (state.library.has_dynamic_globals or state.reload_init or result.environment.consts):
             module = state.library._final_module
-            for each in module.functions:  # what Numba has given a number of this process is no other's
+            for each in module.functions:  # names with Numba's number of this process stay private
                 if not each.is_declaration and each.name.startswith("_ZN") and _KEPT not in each.name:
                     each.linkage = "internal"
             result.fndesc.typemap = result.fndesc.calltypes = None
@@ -400,7 +400,7 @@ def lowered(
     name: str, parameters: Iterable[str], typed: Callable[..., Any], build: Callable[..., Any]
 ) -> Any:
     """Returns a function for compiled code alone. ``typed`` returns its signature for types of arguments, or
-    None: not for these. ``build(context, builder, signature, arguments)`` makes the code of a call."""
+    None for unsupported ones. ``build(context, builder, signature, arguments)`` makes the code of a call."""
 
     def typing(context: Any, *given: Any) -> Any:
         found = typed(*given)
@@ -414,14 +414,14 @@ def lowered(
 
 
 class _Both(type(intrinsic(lambda typing_context: None))):  # type: ignore[misc]
-    """An intrinsic which, called from Python, is a Python function. (Numba's class has no public name.)"""
+    """An intrinsic that is a Python function when called from Python. (Numba's class has no public name.)"""
 
     def __call__(self, *arguments: Any) -> Any:
         return self.python(*arguments)
 
 
 def both(python: Callable[..., Any]) -> Callable[[Any], Any]:
-    """Marks an intrinsic, above ``intrinsic``, which is ``python`` where Python calls it."""
+    """Marks an intrinsic, above ``intrinsic``, which is ``python`` when Python calls it."""
 
     def decorated(made: Any) -> Any:
         made.__class__ = _Both

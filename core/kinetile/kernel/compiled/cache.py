@@ -1,22 +1,22 @@
-"""Machine code on disk: Numba's cache in a place of its own, with a checksum in each file.
+"""Machine code on disk: Numba's cache in another place, with a checksum in each file.
 
-Numba keeps machine code beside the sources, and drops it when the date of one of them changes. So each new
-environment, checkout or installation would compile everything again. Here it lies in the user's cache
-directory, for all of them: the name of a function has the fingerprint of all that it was made from
-(``fingerprint``), the folder has the versions of Numba and llvmlite, and the index has the processor. What
-was not used for thirty days is removed when a loop is written, and beyond half a gigabyte what was not used
-for longest.
+Numba keeps machine code beside the sources, and drops it when the date of a source changes. So each new
+environment, checkout or installation would compile everything again. This cache is in the user's cache
+directory, shared by all of them: the name of a function has the fingerprint of everything it was made from
+(``fingerprint``), the folder has the versions of Numba and llvmlite, and the index has the processor. Writing
+a loop removes files that were not used for thirty days, and, beyond half a gigabyte, the least recently used
+ones.
 
-Hooks are here as well, as LLVM's bitcode: after an edit of one, Numba compiles it, what calls it, and the
-loop. That bitcode names no processor; it is kept for one all the same, as machine code is.
+Hooks are kept here as well, as LLVM's bitcode: after an edit of a hook, Numba compiles this hook, its callers
+and the loop. The bitcode names no processor; it is still kept for one, as machine code is.
 
-Numba loads whatever lies in its cache: a file that is damaged, or copied over another, would end every later
-run, or crash it, or compute something else. So each file ends with a digest of the key that it was written
-for (the signature, the processor, the function's code) and with the SHA-256 of its name and of all that is
-before it, and nothing is unpickled before both are compared. An entry that is not right is dropped, and the
-code is compiled again; the log ``kinetile`` (on stderr, where logging is not set up) has one line a loop for
-all such entries. Only regular files are opened. A folder that cannot be written is read all the same, say one
-that ``kinetile cache warm`` has filled; what it lacks is compiled by each process, and the log says so.
+Numba loads any file in its cache: a file that is damaged, or copied over another, would end every later run,
+or crash it, or compute something else. So each file ends with a digest of its key (the signature, the
+processor, the function's code) and with the SHA-256 of its name and of everything before it, and nothing is
+unpickled before both are compared. A wrong entry is dropped, and the code is compiled again; the log
+``kinetile`` (on stderr, if logging is not set up) has one line a loop for all such entries. Only regular
+files are opened. A read-only folder is still read, such as one that ``kinetile cache warm`` has filled; each
+process compiles the missing code, and the log says so.
 """
 
 import hashlib
@@ -47,11 +47,11 @@ _NO_KEY = bytes(_DIGEST)
 _UNUSED_SECONDS = 30 * 86400.0
 _MOST_BYTES = 512_000_000
 _WRITING_SECONDS = 3600.0
-"""After which a file that has not got its name yet is of a process that was killed."""
+"""After this time an unfinished file, without its final name, belongs to a process that was killed."""
 
 
 def folder() -> Path:
-    """Returns the folder of machine code that these versions can load: ``NUMBA_CACHE_DIR`` moves it."""
+    """Returns the folder of machine code for these versions: ``NUMBA_CACHE_DIR`` moves it."""
     root = numba.config.CACHE_DIR or platformdirs.user_cache_dir("kinetile", appauthor=False)
     return Path(root) / f"numba-{numba.__version__}-llvmlite-{llvmlite.__version__}"
 
@@ -66,7 +66,7 @@ def not_kept(error: Exception) -> str:
 
 
 def problem() -> str:
-    """Returns why no machine code can be written now, as a sentence; "" where it can. Makes no folder."""
+    """Returns a sentence on why no machine code can be written now, or "". Makes no folder."""
     place = folder()
     try:
         with tempfile.TemporaryFile(dir=next(x for x in (place, *place.parents) if x.exists())) as file:
@@ -80,8 +80,8 @@ _tell_once = cache(partial(logging.getLogger("kinetile").warning, "kinetile: %s"
 
 
 class _Place(backend.CompileResultCacheImpl):
-    """What Numba needs to know of a cache's place. Its own places need a folder that can be written, even if
-    nothing is, and compare dates of sources: here the fingerprint in the name says what it was made from."""
+    """The data of a cache's place for Numba. Numba's own places need a writable folder, even if nothing is
+    written, and compare dates of sources: here the fingerprint in the name replaces these dates."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         code = cast(FunctionType, function).__code__
@@ -90,12 +90,12 @@ class _Place(backend.CompileResultCacheImpl):
             get_cache_path=lambda: str(folder()),
             get_source_stamp=str,
             ensure_cache_path=lambda: None,  # a folder is made when a file is written
-            _py_file=code.co_filename,  # for Numba's warning of what it cannot keep: unoptimised code
+            _py_file=code.co_filename,  # for Numba's warning of code that it cannot keep: unoptimised code
         )
 
 
 class CheckedCache(FunctionCache):
-    """Numba's cache of one function; its damaged files count as not there."""
+    """Numba's cache of one function; damaged files count as missing."""
 
     _impl_class = _Place
 
@@ -104,12 +104,12 @@ class CheckedCache(FunctionCache):
         self._cache_file = cast(Any, _CheckedFiles)(self._cache_path, self._impl.filename_base, "")
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Returns the machine code for a signature, or None where no file is right."""
+        """Returns the machine code for a signature, or None without a correct file."""
         try:
             return cast(Any, super()).load_overload(signature, target_context)
-        except Exception as error:  # of pickles that another version has written, anything may be raised
+        except Exception as error:  # unpickling another version's files may raise anything
             _say_dropped(self._py_func.__qualname__, error)
-            with suppress(OSError):  # then this is said again by the next process
+            with suppress(OSError):  # then the next process reports this again
                 cast(Any, self).flush()
             return None
 
@@ -123,8 +123,8 @@ class CheckedCache(FunctionCache):
 
 
 class KeptHook:
-    """The code of a hook on disk, as LLVM's bitcode, under the digest of all that it is made from: its
-    fingerprint and key. A change in one hook compiles again only what calls it."""
+    """The code of a hook on disk, as LLVM's bitcode, under the digest of everything it is made from: its
+    fingerprint and key. After a change in one hook only its callers are compiled again."""
 
     def __init__(self, function: Callable[..., Any], digest: str, key: str) -> None:
         self._key = digest, key, folder().name
@@ -135,7 +135,7 @@ class KeptHook:
         self._file = f"{self.name}.nbh"
 
     def load(self) -> Any:
-        """Returns what was saved, or None where there is nothing that is right."""
+        """Returns the saved code, or None without a correct file."""
         try:
             with self._files._of(self._key):
                 found = self._files._load_data(self._file)
@@ -175,7 +175,7 @@ def dropped_together() -> Iterator[None]:
 
 def _say_dropped(name: str, error: Exception, others: int = 0) -> None:
     if not os.path.isdir(folder()):
-        return  # nothing is dropped: that nothing can be written is told where that fails
+        return  # nothing is dropped: the failing write reports itself
     together = _dropped.get()
     if together is not None:
         together.append((name, error))
@@ -189,8 +189,8 @@ def _say_dropped(name: str, error: Exception, others: int = 0) -> None:
 
 
 def _remove_unused(place: Path) -> None:
-    """Removes files that no process has read or written for thirty days, and those that were not for longest
-    where all have more than ``_MOST_BYTES``."""
+    """Removes files that no process has read or written for thirty days, and the least recently used ones if
+    all have more than ``_MOST_BYTES``."""
     found = []
     for entry in os.scandir(place):
         with suppress(OSError):  # another process has removed it
@@ -205,7 +205,7 @@ def _remove_unused(place: Path) -> None:
 
 
 _NAMED = re.compile(rb"(?=(kinetile_\w+?_[0-9a-f]{16}))")
-"""What may be such a name: one may begin within another one."""
+"""A pattern for such names: one may begin within another one."""
 
 
 class _CheckedFiles(IndexDataCacheFile):
@@ -230,7 +230,7 @@ class _CheckedFiles(IndexDataCacheFile):
             self._key = _NO_KEY
 
     def _key_in(self, path: str) -> bytes:
-        """The key of a file: machine code has one, an index has many."""
+        """Returns the key of a file: machine code has one, an index has many."""
         return _NO_KEY if path == self._index_path else self._key
 
     def _load_index(self) -> Any:
@@ -272,12 +272,12 @@ def _touch(path: str) -> None:
 
 
 def is_whole(path: str | os.PathLike[str]) -> bool:
-    """Whether a file of the cache ends with its checksum; OSError for what is no regular file."""
+    """Returns True if a file of the cache ends with its checksum; OSError if it is not a regular file."""
     return _read(path)[0] is not None
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[bytes | None, memoryview]:
-    """Returns the key of a file, None where its checksum is another, and what is in it."""
+    """Returns the key of a file, or None if its checksum is wrong, and the content."""
     with open_regular(path) as file:
         content = memoryview(file.read())
     whole = _checksum(path, content[:-_DIGEST]) == content[-_DIGEST:]

@@ -1,13 +1,13 @@
 """The composer: puts a loop together from a template and hooks, runs it as Python or compiles it, and caches
 its machine code on disk.
 
-Called from Python a hook is its Python function, so a composed function is one too, of the same arrays. To
-compile a loop takes some ten seconds: so it runs as Python until that has taken a second, unless its machine
-code lies on the disk, or there are so many bodies that Python would take as long as the compiler.
+Called from Python a hook is its Python function, so a composed function is one too, of the same arrays.
+Compiling a loop takes some ten seconds. So it first runs as Python until that has taken a second, unless its
+machine code is on the disk, or Python would take as long as the compiler for so many bodies.
 
-Numba reports an error in a hook with the whole way from the loop down to it, once forwards and once
-backwards. Its first sentence and the first place are what an author can do something about: ``complaint``
-makes one sentence of them, with the author's own file and line.
+Numba reports an error in a hook with the whole path from the loop down to it, once forwards and once
+backwards. An author needs only its first sentence and its first place: ``complaint`` makes one sentence of
+them, with the author's own file and line.
 """
 
 import logging
@@ -40,18 +40,18 @@ NOTHING_IS_COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 """Whether nothing is compiled in this process."""
 
 WORTH = 1.0
-"""CPU seconds that a composed function has taken as Python when it is compiled."""
+"""A composed function is compiled when it has taken this many CPU seconds as Python."""
 
 FEW_BODIES = 1_100
-"""The number of bodies up to which it runs as Python first. To build the structure of so many takes up to 6
-CPU seconds (``naive``; ``cells`` .2), which grow with their square, and the compiler 9."""
+"""The most bodies for running as Python first. Building the structure of so many takes up to 6 CPU seconds
+(``naive``; ``cells`` .2), which grow with their square, and the compiler takes 9."""
 
 _default: bool | None = None
 
 
 def default() -> bool | None:
-    """Returns how what does not say so itself is compiled: True, before it runs; False, never; None, when it
-    is worth it."""
+    """Returns the default mode of compilation: True, before the function runs; False, never; None, when it
+    pays."""
     return _default
 
 
@@ -67,12 +67,12 @@ def compiled_by_default(compiled: bool | None) -> Iterator[None]:
 
 
 def as_python() -> bool:
-    """Returns whether all that does not say so itself runs as Python now."""
+    """Returns True if everything runs as Python now by default."""
     return NOTHING_IS_COMPILED or _default is False
 
 
 class NotCompiled(Exception):
-    """The compiler refuses a hook; the message says what, and where."""
+    """The compiler refuses a hook; the message names the fault and the place."""
 
 
 def compose(
@@ -111,7 +111,7 @@ def with_numpy(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[Any, Any]) -> FunctionType:
-    """Returns a function with parts in place of its global names, and of those of the templates it calls."""
+    """Returns a function with parts in place of its global names and those in templates it calls."""
     names = {**source.__globals__, **parts}
     function = FunctionType(source.__code__, names, source.__name__, source.__defaults__, source.__closure__)
     function.__module__ = source.__module__
@@ -132,8 +132,8 @@ def _filled_in(source: FunctionType, parts: Mapping[str, Any], made: dict[Any, A
 
 
 class Packed:
-    """Tables, a named tuple of arrays, as compiled code takes them: the address of a row of words for each
-    array, where it begins, its lengths and its steps. Numba takes 6 us to read the tuple."""
+    """Tables, a named tuple of arrays, in the form for compiled code: the address of a row of words for each
+    array, its address, lengths and steps. Numba takes 6 us to read the tuple."""
 
     def __init__(self, tables: Any) -> None:
         self.tables = tables
@@ -145,7 +145,7 @@ class Packed:
 
     @cached_property
     def kind(self) -> Any:
-        """Their type to Numba, which takes milliseconds to find it."""
+        """Their type for Numba, which takes milliseconds to find it."""
         key = _kind(self.tables)
         if key not in _kinds:
             _kinds[key] = packed_kind(self.tables)
@@ -153,11 +153,11 @@ class Packed:
 
     @cached_property
     def plain(self) -> Any:
-        """The same tables, as Python code takes them."""
+        """The same tables in the form for Python code."""
         return quick(self.tables)
 
     def replaced(self, name: str, table: Any) -> "Packed":
-        """Returns the same tables but for one, which is to be of the same kind."""
+        """Returns the same tables except one, which must have the same type."""
         other, rows = copy(self), self._rows.copy()
         vars(other).pop("plain", None)
         rows[self.tables._fields.index(name)] = _words_of(table)
@@ -172,15 +172,15 @@ _kinds: dict[tuple[Any, ...], Any] = {}
 def bound(
     function: Callable[..., Any], *tables: Packed, given: Iterable[Any], compiled: bool
 ) -> Callable[..., Any]:
-    """Returns a composed function of packed tables, and of other values, as one of such values as ``given``
-    alone: its machine code, or Python. The caller keeps the tables."""
+    """Returns a composed function of packed tables and other values as one of such values as ``given`` alone:
+    its machine code, or Python. The caller keeps the tables."""
     made = cast(_Composed, function)
     if not compiled:
         return partial(made.as_python, *tables)
     entry = made.entry([*tables, *given])
     addresses = [each.address for each in tables]
 
-    def run_bound(*given: Any) -> Any:  # a frame of this file: who dies in here has died in compiled code
+    def run_bound(*given: Any) -> Any:  # a frame of this file: a crash in it is one in compiled code
         return entry(*addresses, *given)
 
     return run_bound
@@ -196,7 +196,7 @@ def _words_of(table: Any) -> tuple[int, ...]:
 
 
 class _Composed:
-    """A composed function: Python, until its machine code is worth to be made. That is called without Numba's
+    """A composed function: Python, until compiling it pays. Its machine code is called without Numba's
     dispatcher, which derives the types of all arrays at each call.
 
     Attributes:
@@ -226,7 +226,7 @@ class _Composed:
         return entry(*[each.address if type(each) is Packed else each for each in taken])
 
     def as_python(self, *taken: Any) -> Any:
-        """Calls the Python function, of packed tables and other values."""
+        """Calls the Python function with packed tables and other values."""
         began = time.thread_time()
         try:
             with np.errstate(all="ignore"):  # compiled, nothing warns
@@ -235,12 +235,12 @@ class _Composed:
             self.spent += time.thread_time() - began
 
     def stay(self, why: str) -> None:
-        """Has the function stay Python, with a warning."""
+        """Keeps the function as Python, with a warning."""
         self.stays = True
         logging.getLogger("kinetile").warning("kinetile: %s; it runs as Python", why)
 
     def is_worth(self, taken: Iterable[Any]) -> bool:
-        """Whether machine code is there, or has become worth its compilation."""
+        """Returns True if machine code exists, or compiling it pays now."""
         if self.stays or self._entries or _default is not None:
             return not self.stays and _default is not False
         waits = self.spent < WORTH or (self.meanwhile is not None and self.meanwhile.runs)
@@ -291,12 +291,12 @@ _meanwhile: Callable[[], AbstractContextManager[Any]] = nullcontext
 
 
 SLOW = 1.0
-"""CPU seconds of a compilation from which the log ``kinetile`` tells of it, at the level of information."""
+"""The least CPU seconds of a compilation that the log ``kinetile`` reports, at the level of information."""
 
 
 @contextmanager
 def _compiling() -> Iterator[None]:
-    """Counts the processor time of what is compiled, or loaded, within this context."""
+    """Counts the processor time of compiling and loading within this context."""
     global _spent
     began = time.process_time()
     with _meanwhile():
@@ -324,7 +324,7 @@ def while_compiling(context: Callable[[], AbstractContextManager[Any]]) -> None:
 def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
     """Compiles a composed function for such arguments, or loads it from the disk cache, without running it.
 
-    Raises NotCompiled where a hook is not such as can be compiled.
+    Raises NotCompiled if a hook cannot be compiled.
     """
     if NOTHING_IS_COMPILED:
         return
@@ -336,7 +336,7 @@ def make_ready(function: Callable[..., Any], *arguments: Any) -> None:
 
 
 def _kind(argument: Any) -> tuple[Any, ...]:
-    """Returns what the machine code depends on in an argument: types, and of arrays how they lie."""
+    """Returns the part of an argument that the machine code depends on: types, and the layout of arrays."""
     if isinstance(argument, tuple):
         return type(argument), *(_kind(each) for each in argument)
     if isinstance(argument, np.ndarray):
@@ -359,7 +359,7 @@ _MOST_KNOWN = 10_000
 
 
 def is_cached(function: Callable[..., Any]) -> bool | None:
-    """Whether a function's machine code lies whole in the disk cache; None if nothing is compiled."""
+    """Returns True if all of a function's machine code is on the disk; None if nothing is compiled."""
     if NOTHING_IS_COMPILED:
         return None
     made = cast(_Composed, function).made
@@ -375,7 +375,7 @@ RECORD = re.compile(r"Record\([^)]*\)")
 
 
 def complaint(error: Exception) -> str:
-    """Returns what the compiler says, with the place; some of its errors do not say where, but it knows."""
+    """Returns the compiler's message with the place; some of its errors have a place, but do not print it."""
     text = brief(str(error))
     if text != str(error):
         return text
@@ -389,7 +389,7 @@ def complaint(error: Exception) -> str:
 
 
 def _place(error: Exception) -> str:
-    """Returns the file and line at which the compiler was: its innermost frame but for Numba's own code."""
+    """Returns the file and line that the compiler was at: its innermost frame outside of Numba's own code."""
     found, trace = "", error.__traceback__
     while trace is not None:
         for value in list(trace.tb_frame.f_locals.values()):
@@ -402,7 +402,7 @@ def _place(error: Exception) -> str:
 
 
 def brief(message: str) -> str:
-    """Returns what is wrong, where, and in which line of code; the message itself where it has no place."""
+    """Returns the fault, the place and its line of code; the message itself if it has no place."""
     lines = message.strip().splitlines()
     places = [at for at, line in enumerate(lines) if FILE_AND_LINE.match(line)]
     if not places:

@@ -1,6 +1,6 @@
-"""The fingerprint of compiled code: what it is cached under, so that a change anywhere in it is a new name.
+"""The fingerprint of compiled code: its name in the cache, so that any change in the code is a new name.
 
-Numba's own cache looks at one file's date only, and would serve old machine code after a change in a phase.
+Numba's own cache compares one file's date only, and would serve old machine code after a change in a phase.
 """
 
 import hashlib
@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 APART: dict[str, Callable[[], None]] = {}
-"""What loads the functions that machine code calls by their names, which end with their fingerprints."""
+"""Loaders of the functions that machine code calls by their names, which end with their fingerprints."""
 
 
 def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str]]:
-    """Returns a digest of a function and of all that it reaches, also through a module (bytecode, constants,
-    hooks, values of globals, Numba's options), and the modules it was found in."""
+    """Returns a digest of a function and of everything that it reaches, also through a module (bytecode,
+    constants, hooks, values of globals, Numba's options), and the modules that this was found in."""
     found = _Found()
     found.visit(function)
     found.visit(state)
@@ -28,7 +28,7 @@ def fingerprint(function: Callable[..., Any], state: type) -> tuple[str, set[str
 
 
 class _Found:
-    """What has been found of a function so far, each value once, in the order of the code."""
+    """The values that a function reaches, as found so far, each value once, in the order of the code."""
 
     def __init__(self) -> None:
         self.digest = hashlib.sha256(repr((sys.version, np.__version__, API, _options())).encode())
@@ -37,11 +37,11 @@ class _Found:
         self.modules: set[str] = set()
 
     def visit(self, value: Any) -> None:
-        # Of an intrinsic the code is within what makes its code, but of what is called ``apart``.
+        # An intrinsic's code is within its builder, except the code of functions marked ``apart``.
         if hasattr(value, "_defn") and not hasattr(value, "known"):
             value = value._defn
         if hasattr(value, "py_func"):
-            self.digest.update(type(value).__name__.encode())  # taken in or called: another machine code
+            self.digest.update(type(value).__name__.encode())  # inlined or called: other machine code
             value = value.py_func
         if isinstance(value, FunctionType | type):
             self.modules.add(value.__module__)
@@ -81,7 +81,7 @@ class _Found:
             else:
                 self.digest.update(repr(constant).encode())
         modules: list[ModuleType] = []
-        # Where pytest has rewritten an assertion, names with "@" lead to objects of its own.
+        # If pytest has rewritten an assertion, names with "@" lead to objects of its own.
         own = [name for name in block.co_names if not name.startswith("@")]
         for name in own:  # in the order of the code: package, module in it, function in that
             for value in (names.get(name), *(getattr(module, name, None) for module in modules)):
@@ -97,7 +97,7 @@ class _Found:
 
 
 def _options() -> list[tuple[str, str]]:
-    """Returns the options of Numba that the environment has, but for those of a place or of threads."""
+    """Returns the options of Numba in the environment, except those on places or threads."""
     others = "NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"
     given = os.environ.items()
     return sorted(each for each in given if each[0].startswith("NUMBA_") and each[0] not in others)
@@ -105,7 +105,7 @@ def _options() -> list[tuple[str, str]]:
 
 @cache
 def _sources() -> bytes:
-    """Returns a digest of the files that tell Numba how to compile, to which no name in a hook leads."""
+    """Returns a digest of the files that control Numba's compilation, without being named in a hook."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
     for source in ("backend.py", "hooks.py", "views.py", "../vectors/intrinsics.py"):
@@ -114,7 +114,7 @@ def _sources() -> bytes:
 
 
 def _foreign(module: ModuleType) -> bool:
-    """Whether a module's functions change only with versions: Python's, NumPy's, Numba's, llvmlite's."""
+    """Returns True if a module changes only with versions: Python's, NumPy's, Numba's, llvmlite's."""
     root = module.__name__.partition(".")[0]
     return root in sys.stdlib_module_names or root in ("numpy", "numba", "llvmlite")
 

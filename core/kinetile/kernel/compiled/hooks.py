@@ -3,9 +3,9 @@
 Every hook and every hook it calls is forced inline, so that no array is ever passed by value between them.
 And at the kernel's entry each array loses its owner (``views.disowned``).
 
-What is too long for a hook is marked ``apart``: compiled once, and cached by itself. Numba would link it into
-all that calls it, and make machine code of it again for each choice of phases. The code that calls it knows
-it by a name only, which is given an address when that code is compiled or comes from the disk. The name has a
+A function that is too long for a hook is marked ``apart``: compiled once, and cached separately. Numba would
+link it into all its callers, and make its machine code again for each choice of phases. Its callers refer to
+it by a name only, which gets an address when their code is compiled or loaded from the disk. The name has a
 fingerprint, so old machine code refers to old names.
 """
 
@@ -26,12 +26,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 Hook: TypeAlias = Callable[..., Any]
 Numbers: TypeAlias = Any
-"""An array of float64 as functions marked ``apart`` take it: to be read by an index from 0."""
+"""An array of float64 for functions marked ``apart``: to be read by an index from 0."""
 
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Collects no garbage in this context: all that Numba makes stays, and would be gone through again."""
+    """Stops garbage collection in this context: all that Numba makes stays, and would be scanned again."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -42,12 +42,12 @@ def uncollected() -> Iterator[None]:
 
 
 def to_be_filled_in(*arguments: Any) -> Any:
-    """Stands, in a template, where ``compose`` puts a hook."""
+    """Marks, in a template, the place of a hook from ``compose``."""
     raise NotImplementedError
 
 
 def template(function: F) -> F:
-    """Marks a function of which ``compose`` makes a hook, with parts in place of its global names."""
+    """Marks a function that ``compose`` makes a hook of, with parts in place of its global names."""
     cast(Any, function).is_template = True
     return function
 
@@ -64,13 +64,13 @@ _HOOK = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
-"""What a hook is compiled with. Wrappers, to be called from Python, would cost half of the time."""
+"""The compiler options of a hook. Wrappers, for calls from Python, would cost half of the time."""
 
 _SHORT = (types.int8, types.int16, types.int32)
 
 
 def _kept(function: FunctionType, key: str) -> KeptHook | None:
-    """Returns where a hook's code is kept on disk; it is not if something of it is in ``__main__``."""
+    """Returns the place of a hook's code on disk; None if a part of the hook is in ``__main__``."""
     digest, modules = fingerprint(function, tuple)
     return None if "__main__" in modules else KeptHook(function, digest, key)
 
@@ -89,9 +89,9 @@ class _Hook(CPUDispatcher):
         return self.py_func(*arguments)
 
     def get_call_template(self, arguments: Any, named: Any) -> Any:
-        """Returns what a call comes to: one for all constants, and for all signed integers.
+        """Returns the template of a call: one for all constants, and for all signed integers.
 
-        Else each would compile it again; also one that a variable only begins with, with code that is
+        Else each constant would compile it again; also the first value of a variable, with code that is
         never used: ``found = NOBODY`` before a loop.
         """
         given = [types.unliteral(each) for each in arguments]
@@ -122,7 +122,7 @@ class _ByRecord(_Hook):
 
 
 class _Subroutine(_Hook):
-    """A function that compiled code calls; its name tells fingerprints that it is not taken in."""
+    """A function that compiled code calls; its name lets fingerprints distinguish it from inlined code."""
 
 
 def hook(function: F) -> F:
@@ -137,16 +137,16 @@ def hook(function: F) -> F:
 
 
 def with_field(field: str, other: F) -> Callable[[F], F]:
-    """Marks a hook, above ``hook``, with another one in its place where records have a field.
+    """Marks a hook, above ``hook``, and another hook that replaces it for records with a field.
 
-    The first argument of both is a record, or a named tuple. What is compiled for those without the field has
-    nothing of the other form.
+    The first argument of both is a record, or a named tuple. The code compiled for records without the field
+    has no part of the other form.
     """
 
     def decorated(usual: F) -> F:
         @wraps(python_of(usual))
         def chosen(row: Any, *rest: Any) -> Any:
-            kind = type(row)  # that of a named tuple, or of a quick row, has its fields
+            kind = type(row)  # the type of a named tuple, or of a quick row, has its fields
             there = field in row.dtype.names if kind in (np.record, np.void) else hasattr(kind, field)
             return (other if there else usual)(row, *rest)
 
@@ -158,23 +158,23 @@ def with_field(field: str, other: F) -> Callable[[F], F]:
 
 
 def with_accelerations(of_accelerated: F) -> Callable[[F], F]:
-    """Marks a hook of a body's record, above ``hook``: ``of_accelerated`` replaces it where some are."""
+    """Marks a hook of a body's record, above ``hook``: ``of_accelerated`` replaces it if some are."""
     return with_field("ax", of_accelerated)
 
 
 def with_shapes(of_shape: F) -> Callable[[F], F]:
-    """Marks a hook of a body's record, above ``hook``: ``of_shape`` replaces it where not all are discs."""
+    """Marks a hook of a body's record, above ``hook``: ``of_shape`` replaces it unless all are discs."""
     return with_field("left", of_shape)
 
 
 def unchecked(function: F) -> F:
-    """Marks a hook that needs no checks, above ``hook``: it runs faster, and memory is at stake if it is
-    wrong.
+    """Marks a hook that needs no checks, above ``hook``: it runs faster, but an error in it may corrupt
+    memory.
 
-    Its tables are not NumPy's arrays but what the loop has itself (``kernel.compiled.views``): to be read and
-    written by an index from 0, sliced, gone through, with ``len``. An index below 0 is not
-    counted from the end, nor noticed. And numbers of bodies that ``near``, ``repair`` and ``soonest`` name
-    are not compared with how many there are. Have the conformance kit judge the hook without this mark first.
+    Its tables are not NumPy's arrays but the loop's own views (``kernel.compiled.views``): to be read and
+    written by an index from 0, sliced, iterated over, with ``len``. An index below 0 is not counted from the
+    end, nor noticed. Numbers of bodies that ``near``, ``repair`` and ``soonest`` return are not compared with
+    the number of bodies. Have the conformance kit judge the hook without this mark first.
     """
     cast(Any, function).is_unchecked = True
     return function
@@ -190,11 +190,11 @@ def names_any(value: Any, constants: Mapping[str, object]) -> bool:
 
 def with_constants(hooks: Iterable[Hook], **constants: object) -> dict[str, Any]:
     """Returns hooks by their names, with these constants in place of global names; a hook that calls others
-    comes after them, and calls those of the result.
+    comes after them, and calls the new ones.
 
     A branch on a name of the module, like ``if PERIODIC:``, is decided when the hook is compiled. So one text
-    serves several kinds of scenes, and a loop has no code for what its scene does not have. Raises TypeError
-    for a constant that no hook names, and for a hook that calls another one with such a constant as it is.
+    serves several kinds of scenes, and a loop has no code for absent features. Raises TypeError for a
+    constant that no hook names, and for a hook that calls another one outside the list with such a constant.
     """
     hooks = list(hooks)
     used = {name for each in hooks for name in python_of(each).__code__.co_names}
@@ -216,11 +216,11 @@ def with_constants(hooks: Iterable[Hook], **constants: object) -> dict[str, Any]
 
 _EMPTY = lambda k, a: None, lambda k, a, b: None, lambda k, a, b, c: None, lambda k, a, b, c, d: None
 NOTHING = {each.__code__.co_argcount: unchecked(hook(each)) for each in _EMPTY}
-"""Hooks that do nothing, by how many arguments they take."""
+"""Hooks that do nothing, by their number of arguments."""
 
 
 def is_checked(value: Any) -> bool:
-    """Whether a value is a hook that is not marked with ``unchecked``."""
+    """Returns True if a value is a hook that is not marked with ``unchecked``."""
     return is_hook(value) and not getattr(value, "is_unchecked", False)
 
 
@@ -243,12 +243,12 @@ def larger(a: Any, b: Any) -> Any:
 
 
 def python_of(part: Any) -> Any:
-    """Returns the Python function of a hook, to be called without compiling it; any other part as it is."""
+    """Returns the Python function of a hook, to be called without compilation; any other part unchanged."""
     return getattr(part, "py_func", part)
 
 
 def is_hook(value: Any) -> bool:
-    """Whether a value is a function marked with ``hook``."""
+    """Returns True if a value is a function marked with ``hook``."""
     return hasattr(value, "py_func")
 
 
@@ -261,7 +261,7 @@ def _kind(annotation: Any) -> Any:
 
 
 class _Apart:
-    """A function that compiled code knows by name only; it is loaded before such code is."""
+    """A function that compiled code calls by name only; it is loaded before such code."""
 
     def __init__(self, function: FunctionType) -> None:
         digest, _ = fingerprint(function, tuple)
@@ -272,7 +272,7 @@ class _Apart:
         self.address: int | None = None
 
     def load(self) -> None:
-        """Compiles the function, or loads it from the disk cache, and makes its name known."""
+        """Compiles the function, or loads it from the disk cache, and registers its name."""
         if self.address is None:
             source = self.function
             named = FunctionType(source.__code__, source.__globals__, source.__name__)
@@ -288,7 +288,7 @@ class _Apart:
         return self.signature
 
     def call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        """Returns what a call comes to. Named tuples are passed as the function takes them, as values."""
+        """Returns the code of a call. Named tuples are passed as values, as the function takes them."""
         kinds = [context.get_value_type(each) for each in (signature.return_type, *signature.args)]
         made = ir.FunctionType(kinds[0], kinds[1:])
         known = backend.cgutils.get_or_insert_function(builder.module, made, self.name)
@@ -296,7 +296,7 @@ class _Apart:
 
 
 def apart(function: F) -> F:
-    """Marks a function that hooks call but do not take in: compiled once for all loops, and cached by itself.
+    """Marks a function that hooks call without inlining it: compiled once for all loops, cached separately.
 
     It takes and returns numbers, which its annotations call ``float`` or ``int``, and takes arrays of
     doubles, ``Numbers``, as ``pointer`` makes them, and named tuples of all these.

@@ -8,14 +8,14 @@ from pathlib import Path
 
 
 def end_after(seconds: float) -> None:
-    """Has the system end this process after ``seconds`` more CPU seconds, rounded up, where it can."""
+    """Makes the system end this process after ``seconds`` more CPU seconds, rounded up, where it can."""
     with suppress(ImportError, OSError, ValueError):
         limit = time.process_time() + seconds
         _limit("RLIMIT_CPU", math.ceil(limit) if math.isfinite(limit) else None)
 
 
 def limit_memory(more: int) -> None:
-    """Limits the memory of this process to ``more`` bytes beyond what it has now, where the system can."""
+    """Limits the memory of this process to ``more`` bytes beyond its present memory, where the system can."""
     with suppress(ImportError, OSError, ValueError):
         import resource
 
@@ -24,7 +24,7 @@ def limit_memory(more: int) -> None:
 
 
 def _limit(name: str, limit: int | None) -> None:
-    """Sets a soft limit of the system, to the hard one at most; None: to that."""
+    """Sets a soft limit of the system, at most the hard limit; None: the hard limit."""
     import resource
 
     kind = getattr(resource, name)
@@ -35,5 +35,5 @@ def _limit(name: str, limit: int | None) -> None:
 
 
 def out_of_time(code: int | None) -> bool:
-    """Whether a process with this exit code was ended by ``end_after``."""
+    """Returns True if a process with this exit code was ended by ``end_after``."""
     return code == -getattr(signal, "SIGXCPU", 0)

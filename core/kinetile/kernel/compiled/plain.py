@@ -1,5 +1,5 @@
-"""The tables as Python takes them, and what stands in hooks for views: called from Python, a function of
-``views`` is the one of the same name here."""
+"""The tables in the form for Python, and the counterparts of ``views`` there: called from Python, a function
+of ``views`` is the function of the same name here."""
 
 from functools import cache, partial
 from operator import itemgetter
@@ -10,12 +10,12 @@ import numpy as np
 T = TypeVar("T")
 
 SEEN = {"bodies": "shadows", "places": "shadow_places"}
-"""The tables that broad phases see in the place of others, where bodies are accelerated."""
+"""The tables that replace others for broad phases, if bodies are accelerated."""
 
 
 def quick(tables: T) -> T:
-    """Returns tables, or named tuples of them, with fields that are read ten times as fast as those of
-    NumPy's records: these look each attribute up in Python, most of the time of a hook as Python."""
+    """Returns tables, or named tuples of them, with fields that are read ten times as fast as the fields of
+    NumPy's records: these look each attribute up in Python, which is most of a hook's time as Python."""
     if isinstance(tables, tuple):
         return cast(T, cast(Any, tables)._make(map(quick, tables)))
     plain = np.asarray(tables)
@@ -53,17 +53,17 @@ def _set(name: str, where: Any, value: Any) -> None:
 
 
 def disowned(tables: T) -> T:
-    """Returns ``tables`` as they are: Python code has no registers to hold them in."""
+    """Returns ``tables`` unchanged: Python code has no registers to hold them in."""
     return tables
 
 
 def wrapping(given: T) -> T:
-    """Returns what is given as it is."""
+    """Returns its argument unchanged."""
     return given
 
 
 def pointer(numbers: Any) -> Any:
-    """Returns an array as it is."""
+    """Returns an array unchanged."""
     return numbers
 
 
@@ -73,10 +73,10 @@ def zeros(count: int) -> Any:
 
 
 def numbers_from(tables: Any, first: int) -> Any:
-    """Returns the tables with numbers that begin at one of them."""
+    """Returns the tables with ``numbers`` from an index on."""
     return tables._replace(numbers=tables.numbers[first:])
 
 
 def with_shadows(tables: Any) -> Any:
-    """Returns the tables as a broad phase sees them (``SEEN``)."""
+    """Returns the tables for a broad phase (``SEEN``)."""
     return tables._replace(**{name: getattr(tables, other) for name, other in SEEN.items()})

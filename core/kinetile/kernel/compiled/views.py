@@ -1,20 +1,20 @@
-"""Views: the tables as a loop sees them, two numbers for each array, and as NumPy's for checked hooks.
+"""Views: the tables in a loop, two numbers for each array, and as NumPy's arrays for checked hooks.
 
-To Numba an array is seven numbers, two of them for counting references. Each call of a hook hands on all of
-them, and each pass of an array that has an owner is counted atomically, which is most of the cost of a small
-function. And an index below 0 counts from the end: a comparison and a choice at each of some two hundred
-places of a loop. So in a loop an array of the tables is a view: where it begins and how many elements it has,
-with an index that is never negative. That saves instructions, and a quarter of the time to compile a loop.
+To Numba an array is seven numbers, two of them for counting references. Each call of a hook passes all of
+them on, and each pass of an array that has an owner is counted atomically, which is most of the cost of a
+small function. And an index below 0 counts from the end: a comparison and a choice at each of some two
+hundred places of a loop. So in a loop an array of the tables is a view: its address and its length, with an
+index that is never negative. This saves instructions, and a quarter of the time to compile a loop.
 
-Numba would read the tables, a named tuple of some thirty arrays, for 6 us at each call from Python, and hand
+Numba would read the tables, a named tuple of some thirty arrays, for 6 us at each call from Python, and pass
 all of their numbers on at each call of a hook. So a composed function takes an address (``composer.Packed``)
-of a row of words for each array. ``disowned`` copies the rows to where no store to a table can change them:
-there the optimiser holds them in registers. Hooks take the address of that copy, which takes an eighth off
-the time to compile a loop.
+of a row of words for each array. ``disowned`` copies the rows to memory that no store to a table can change:
+there the optimiser holds them in registers. Hooks take the address of that copy, which saves an eighth of the
+time to compile a loop.
 
 Authors may use NumPy indexing and slicing, so ``composer`` passes the same tables as NumPy's arrays
-(``wrapping``) to every hook that is not marked ``unchecked``. A number of a body that such a
-hook returns is an index of the loop: ``kernel.loop.checked`` compares it first.
+(``wrapping``) to every hook that is not marked ``unchecked``. A body's number that such a hook returns is an
+index of the loop: ``kernel.loop.checked`` compares it first.
 """
 
 import hashlib
@@ -68,7 +68,7 @@ class _View(Array):
 
 @register_model(_View)
 class ViewModel(models.StructModel):
-    """Where the elements begin, and how many there are."""
+    """The address of the elements, and their number."""
 
     def __init__(self, manager: Any, kind: Any) -> None:
         members = [("data", types.CPointer(kind.dtype)), ("count", types.intp)]
@@ -113,7 +113,7 @@ def _whole(context: Any, builder: Any, kind: Any, view: Any) -> Any:
 
 
 def _as_numpy(implementation: Any) -> Any:
-    """Returns how NumPy's array does what a view does not do by itself."""
+    """Returns the implementation by NumPy's array, for operations that a view lacks."""
 
     def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind, *rest = signature.args
@@ -148,7 +148,7 @@ def _viewed(kind: Any) -> Any:
 
 
 class _Packed(Type):
-    """The type of tables by the address of their rows (``packed``); ``of`` is that of the named tuple."""
+    """The type of tables by the address of their rows (``packed``); ``of`` is the type of the named tuple."""
 
     def __init__(self, of: Any) -> None:
         self.of = of
@@ -177,7 +177,7 @@ unbox(_Packed)(_address)
 
 @cache
 def _members(kind: Any) -> list[tuple[Any, int]]:
-    """Returns the type of each array, as the loop sees it, and the place of its row of words."""
+    """Returns the type of each array in the loop, and the place of its row of words."""
     lengths = [1 + 2 * each.ndim for each in kind.of]
     return list(zip(map(_viewed, kind.of), accumulate(lengths, initial=0), strict=False))
 
@@ -215,8 +215,8 @@ lower_getattr_generic(_Packed)(_member)
 
 
 def _copied(context: Any, builder: Any, kind: Any, address: Any) -> Any:
-    """Returns where rows of the same words begin that are the function's own. The optimiser holds these
-    in registers; of others it cannot know that no store to a table changes them."""
+    """Returns the address of the function's own copy of the rows of words. The optimiser holds these in
+    registers; it must assume that stores to tables change the other rows."""
     own = cgutils.alloca_once(builder, context.get_value_type(kind).pointee)
     for at in range(len(own.type.pointee.elements)):
         builder.store(builder.load(_word(builder, address, at)), _word(builder, own, at))
@@ -237,8 +237,8 @@ def _numpy_kind(kind: Any) -> Any:
 
 
 def _wrapped(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Returns a value with all views in it as NumPy's arrays. One that has an owner is referred to once
-    more: the caller drops this reference, and without it one of the owner's."""
+    """Returns a value with all views in it as NumPy's arrays. One that has an owner gets one more reference:
+    the caller drops this reference, and would otherwise drop one of the owner's."""
     if isinstance(kind, _View):
         return _whole(context, builder, kind, value)
     if isinstance(kind, _Packed):
@@ -268,7 +268,7 @@ def disowned(typing_context: Any, tables: Any) -> Any:
 @both(plain.pointer)
 @intrinsic
 def pointer(typing_context: Any, numbers: Any) -> Any:
-    """Returns where an array, or a view of one, begins: as functions marked ``apart`` take it."""
+    """Returns the address of an array, or of a view, for functions marked ``apart``."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         if isinstance(numbers, _View):
@@ -281,8 +281,8 @@ def pointer(typing_context: Any, numbers: Any) -> Any:
 @both(plain.zeros)
 @intrinsic
 def zeros(typing_context: Any, count: Any) -> Any:
-    """Returns an array of ``count`` 64-bit integers, a constant, all zero: on the caller's stack, and
-    gone with it. For one from NumPy Numba compiles five functions."""
+    """Returns an array of ``count`` 64-bit integers, a constant, all zero: on the caller's stack, and gone
+    with it. For an array from NumPy Numba compiles five functions."""
     if not isinstance(count, types.IntegerLiteral):
         return None
     kind, length = types.Array(types.int64, 1, "C"), ir.IntType(64)(count.literal_value)
@@ -300,8 +300,8 @@ def zeros(typing_context: Any, count: Any) -> Any:
 @both(plain.numbers_from)
 @intrinsic
 def numbers_from(typing_context: Any, tables: Any, first: Any) -> Any:
-    """Returns the tables with numbers that begin at one of them. The hook that calls this does not return
-    them: their rows are its own."""
+    """Returns the tables with ``numbers`` from an index on. The hook that calls this does not return them:
+    their rows are its own."""
     view, row = _members(tables)[tables.of.fields.index("numbers")]
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -318,8 +318,8 @@ def numbers_from(typing_context: Any, tables: Any, first: Any) -> Any:
 @both(plain.with_shadows)
 @intrinsic
 def with_shadows(typing_context: Any, tables: Any) -> Any:
-    """Returns the tables as a broad phase sees them (``SEEN``). The hook that calls this does not return
-    them: their rows are its own."""
+    """Returns the tables for a broad phase (``SEEN``). The hook that calls this does not return them: their
+    rows are its own."""
     fields, rows = tables.of.fields, dict(zip(tables.of.fields, _members(tables), strict=True))
     kinds = [tables.of[fields.index(plain.SEEN.get(name, name))] for name in fields]
 
@@ -337,7 +337,7 @@ def with_shadows(typing_context: Any, tables: Any) -> Any:
 @both(plain.wrapping)
 @intrinsic
 def wrapping(typing_context: Any, given: Any) -> Any:
-    """Returns what is given with NumPy's arrays in place of the views in it."""
+    """Returns its argument with NumPy's arrays in place of the views in it."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return _wrapped(context, builder, given, arguments[0])

@@ -1,12 +1,12 @@
-"""Look-ahead: what the events to come will read is prefetched while the present ones run.
+"""Look-ahead: the data that the coming events will read is prefetched while the present ones run.
 
-The tables of a large scene do not fit into the processor's caches, and each contact waits for the memory
-dozens of times, because each address is read from what the one before it names: slice, body, home, cell. But
-the calendar says which bodies come next. A *scout* goes over its slices, some dozens of them before the head,
-whenever the head does so. What it finds, all bodies of the slice and the partner that each awaits, is worked
-on in stages, a few bodies apart: what one stage has prefetched, the next one reads. No answer depends on any
-of it. In a small scene this costs more than it saves, so it is composed only from ``LARGE_SCENE`` bodies on.
-Below that the two bodies of the contact at the head are prefetched, when its exact tick is computed.
+The tables of a large scene do not fit into the processor's caches. Each contact waits for the memory dozens
+of times, because each address is read from the record before it: slice, body, home, cell. But the calendar
+has the next bodies in order. A *scout* goes over its slices, some dozens of slices before the head, whenever
+the head advances. It finds all bodies of the slice and the partner that each awaits, and prefetches for them
+in stages, separated by a few bodies: each reads the data that the stage before it has prefetched. No answer
+depends on this. In a small scene this costs more than it saves, so it is composed only from ``LARGE_SCENE``
+bodies on. In smaller scenes the two bodies of the contact at the head are prefetched before its exact tick.
 """
 
 from typing import Any
@@ -18,24 +18,24 @@ from kinetile.kernel.tables import FOUND, Kernel
 from kinetile.kernel.vectors import prefetch
 
 LARGE_SCENE = 1 << 13
-"""Bodies from which on it pays (docs/which-broad-phase.md)."""
+"""The least number of bodies that it pays for (docs/which-broad-phase.md)."""
 
 LEAD, AFAR = 48, 128
-"""Slices by which the scout is before the head at least, and at most."""
+"""The scout's least and largest lead over the head, in slices."""
 
 SIGHT = 16
 """Slices ahead of the scout whose ring is prefetched: else the scout would wait for it."""
 
 STAGE = 5
-"""Bodies that are found between two stages of one."""
+"""Bodies found between two stages of one body."""
 
 soon = to_be_filled_in
 
 
 @template
 def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int, int, int]:
-    """Lets the scout go on by a slice if the calendar has, since it was at ``seen``; returns where that is
-    now, the slice of the scout, and how many bodies it has found."""
+    """Moves the scout on by a slice if the calendar has moved since slice ``seen``; returns the calendar's
+    slice, the scout's slice, and the number of bodies that the scout has found."""
     day = k.clock[0].calendar.slice
     if day == seen:
         return seen, scout, turn
@@ -53,8 +53,8 @@ def look_ahead(k: Kernel, s: Any, seen: int, scout: int, turn: int) -> tuple[int
 
 @template
 def fetch_two(k: Kernel, s: Any, a: int, b: int) -> None:
-    """Prefetches the plans of two bodies that may meet next, and what the first stage does, all at once: else
-    a load would find the elder, the next one its plan, and a third one, after the contact, its home."""
+    """Prefetches the plans of two bodies that may meet next, and the data of the first stage, at once: else a
+    load would find the elder, the next one its plan, and a third one, after the contact, its home."""
     if not AHEAD:
         prefetch(k.bodies, a)
         prefetch(k.bodies, b)
@@ -64,8 +64,8 @@ def fetch_two(k: Kernel, s: Any, a: int, b: int) -> None:
 
 @template
 def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
-    """Does the first stage for a body, and one stage each for bodies that were found before, and for
-    partners. Which bodies await one is as good as random: so there is no branch, and one without stands in
+    """Does the first stage for a body, and one stage each for bodies found before and for partners. Whether a
+    body awaits a partner is practically random: so there is no branch, and a body without a partner stands in
     for it.
     """
     found = k.found
@@ -81,7 +81,7 @@ def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
     prefetch(k.bodies, k.bodies[before].last)
     soon(k, s, before, 1)
     earlier = found[(turn - STAGE) & (FOUND - 1)].partner
-    prefetch(k.links, k.links[earlier].next)  # what is linked when it is taken out of its ring
+    prefetch(k.links, k.links[earlier].next)  # the links that its removal from its ring writes
     prefetch(k.rings, larger(~k.links[earlier].prev, 0))
     soon(k, s, earlier, 1)
     soon(k, s, found[(turn - 2 * STAGE) & (FOUND - 1)].body, 2)
@@ -89,7 +89,7 @@ def _do_stages(k: Kernel, s: Any, body: int, turn: int) -> None:
 
 @template
 def _fetch(k: Kernel, body: int) -> None:
-    """Prefetches what the kernel itself has of a body."""
+    """Prefetches the kernel's own data of a body."""
     prefetch(k.queue, body)
     prefetch(k.bodies, body)
     prefetch(k.places, body)
@@ -102,6 +102,6 @@ def _fetch(k: Kernel, body: int) -> None:
 @only_with(AHEAD)
 @template
 def fetch_ring(k: Kernel, body: int) -> None:
-    """Prefetches the ring in which a body will be filed, unless a wall comes first."""
+    """Prefetches the ring that a body will be filed in, unless a wall comes first."""
     entry = k.queue[body]
     prefetch(k.rings, ring_of(k, smaller(entry.certificate, entry.tick) >> k.clock[0].calendar.shift))

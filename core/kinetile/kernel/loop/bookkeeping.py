@@ -1,8 +1,8 @@
-"""Bookkeeping: what the loop writes down of an event, and the checks that follow from it.
+"""Bookkeeping: the rows that the loop writes for an event, and the checks that follow.
 
-A contact has a row for the digest; in a recorded run every event has a row with the plans after it.
-Rows name bodies by their numbers. Each contact is counted; the loop stops at one that is watched; and it
-reports what cannot be: jams, and overlaps that rounding does not explain.
+A contact has a row for the digest; in a recorded run every event has a row with the plans after it. Rows name
+bodies by their numbers. Each contact is counted, and the loop stops at a watched contact. Jams, and overlaps
+that rounding does not explain, are reported as faults.
 """
 
 import math
@@ -24,12 +24,12 @@ def _note_pull(body: Records, row: Records) -> None:
 @with_accelerations(_note_pull)
 @hook
 def note_pull(body: Records, row: Records) -> None:
-    """Writes the acceleration of a body into a row, in the place of a second body's position."""
+    """Writes a body's acceleration into a row, in place of the second body's position."""
 
 
 @hook
 def log(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Logs an event of the body in slot a, and of the one in slot b or what a number below 0 means."""
+    """Logs an event of the body in slot a and the body in slot b; for b below 0 see ``kernel.log``."""
     first = k.queue[a].number
     second = k.queue[b].number if b >= 0 else b
     k.counts[0].logged += 1
@@ -53,8 +53,8 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Logs that the bodies in two slots begin to pass through each other, the elder given first, or end to,
-    the younger first. No plan changes, so the long row has none."""
+    """Logs that the bodies in two slots begin to pass through each other, the elder given first, or stop, the
+    younger given first. No plan changes, so the long row holds no plan."""
     first = k.queue[a].number
     second = k.queue[b].number
     k.counts[0].logged += 1
@@ -92,7 +92,7 @@ def _log_contact(k: Kernel, tick: int, first: int, second: int) -> None:
 
 @hook
 def log_is_full(k: Kernel, rows: int) -> bool:
-    """Whether there is no room for ``rows`` rows more."""
+    """Returns True if there is no room for ``rows`` more rows."""
     lists = k.clock[0].lists
     room = len(k.met) - lists.logged
     return bool(room < rows or (lists.rows > 0 and lists.rows - lists.written < rows))
@@ -100,14 +100,14 @@ def log_is_full(k: Kernel, rows: int) -> bool:
 
 ANY_BEGIN, SOME, ENDS = 1, 2, 4
 """Flags of ``k.watch``: a body is watched at every contact; it is in a pair of ``k.watched``; the ends of its
-passings are watched, too. In ``k.watched_kinds`` ANY_BEGIN is a contact that begins, and ENDS the end of a
+passings are watched, too. In ``k.watched_kinds`` ANY_BEGIN is the beginning of a contact, ENDS the end of a
 passing; a wall has one flag for each side, from the left one on."""
 
 
 @hook
 def flag_of(first: int, second: int) -> int:
-    """Returns the flag of a contact of two numbers, as the log has them: the end of a passing has the younger
-    body first."""
+    """Returns the flag of a contact of two numbers in the order of the log: at the end of a passing the
+    younger body is first."""
     if second < 0:
         return int(1 << (LEFT - second))
     return ANY_BEGIN if first < second else ENDS
@@ -115,8 +115,8 @@ def flag_of(first: int, second: int) -> int:
 
 @hook
 def is_watched(k: Kernel, a: int, b: int) -> bool:
-    """Whether a contact of the bodies in two slots, or of one and a wall (b below 0), is watched. Where a
-    passing ends the younger body is given first."""
+    """Returns True if a contact of the bodies in two slots, or of a body and a wall (b below 0), is watched.
+    At the end of a passing the younger body is given first."""
     kinds = rule_of(k, a, b) if len(k.traits) > 0 else int(b < 0)  # without rules there is one kind
     one = k.queue[a].number
     two = k.queue[b].number if b >= 0 else b
@@ -143,7 +143,7 @@ def is_watched(k: Kernel, a: int, b: int) -> bool:
 
 @hook
 def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Writes down at what the loop stops: by numbers, the younger first where a passing ends."""
+    """Writes the contact that stops the loop: by numbers, the younger first at the end of a passing."""
     stops = k.clock[0].stops
     stops.due = 1
     stops.row = k.clock[0].lists.logged - 1
@@ -153,8 +153,8 @@ def stop_there(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 SQUEEZED_BY, SQUEEZED_TO, PRESSED_TO = 1000.0, 0.03, 1e-8
-"""How many times as fast as those that push it a squeezed body is, at the least; what it flies between two
-contacts, of its radius, at the most; and the fastest body, where what is pressed is slow, as by losses."""
+"""The least ratio of a squeezed body's speed to its pushers' speed; its longest flight between two contacts,
+over its radius; and the same for the fastest body, where the pressed one is slow, as by losses."""
 
 
 @hook
@@ -171,17 +171,17 @@ def _pull_on(plan: Records) -> float:
 
 @hook
 def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
-    """Reports a jam if a window of contacts, the last of them that of a and b, took so few ticks; a squeeze
-    if one of the two shows it: the first of the fault. Returns whether to look at the next contact too.
+    """Reports a jam if a window of contacts, the last one of a and b, took at most so few ticks; a squeeze if
+    one of the two shows it, which the fault names first. Returns True to test the next contact too.
 
-    In a jam each takes less than 1e-13 of the smallest radius of flight, at the speed of the fastest body. In
-    a squeeze, between immovable bodies that close in, or one and a wall, flights become short much later,
-    after as many contacts as the body's speed is a multiple of theirs. So it is known by its speed: a
-    thousand times that of the fastest that pushes, and with 10^4 times the energy that the start and commands
-    have given to all; and it still gains: one between bodies that go apart again is as fast, and loses. With
-    losses it stays slow, and rounding keeps its flights from ending, which a fast body elsewhere hides: so a
-    contact with what pushes ends the run earlier. Bodies are the present ones: bounds for all time know the
-    commands of a scene, and a run with commands by hand and its recording would jam apart.
+    In a jam each contact takes less than 1e-13 of the smallest radius of flight, at the speed of the fastest
+    body. In a squeeze, between immovable bodies that close in, or one and a wall, flights become short much
+    later, after as many contacts as the body's speed is a multiple of theirs. So a squeeze is identified by
+    the speed: a thousand times that of the fastest pusher, with 10^4 times the energy that the start and
+    commands have given to all, and still gaining: a body between two that separate again is as fast, and
+    loses. With losses it stays slow, and rounding keeps its flights from ending, which a fast body elsewhere
+    hides: so a contact with a pusher ends the run earlier. Only present bodies count: bounds for all time
+    include a scene's commands, and a run with commands by hand and its recording would jam differently.
     """
     clock = k.clock[0]
     radius = math.inf
@@ -222,8 +222,8 @@ def _blame_a_jam(k: Kernel, ticks: int, a: int, b: int) -> bool:
 
 @hook
 def _has_command(k: Kernel, tick: int) -> bool:
-    """Whether a command is due after the contacts that a tick has had: it may be what has ended this jam, in
-    the run of which this one is the recording."""
+    """Returns True if a command is due after the contacts that a tick has had: in the run that this run
+    repeats, the command may have ended this jam."""
     clock = k.clock[0]
     if clock.lists.command >= clock.lists.commands:
         return False
@@ -233,7 +233,7 @@ def _has_command(k: Kernel, tick: int) -> bool:
 
 @hook
 def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
-    """Counts what has happened at a tick, see whether it is the first that is watched, and look for jams."""
+    """Counts an event at a tick, stops if it is the first watched one, and tests for jams."""
     clock = k.clock[0]
     jam = clock.jam
     stops = clock.stops
@@ -252,7 +252,7 @@ def count_row(k: Kernel, tick: int, a: int, b: int) -> None:
 
 @hook
 def count_contact(k: Kernel, tick: int, a: int, b: int, depth: float, radius: float, slack: float) -> None:
-    """Keeps the readings of a contact and look for jams and for overlaps that rounding does not explain."""
+    """Keeps the readings of a contact; tests for jams, and for overlaps that rounding does not explain."""
     counts = k.counts[0]
     counts.deepest = larger(counts.deepest, depth / radius)
     if not depth <= k.clock[0].limits.tolerance + 1e-9 * slack:

@@ -1,8 +1,8 @@
-"""Several narrow phases for pairs in one loop: the shapes of two bodies say which phase takes them.
+"""Several narrow phases for pairs in one loop: the shapes of two bodies select the phase.
 
-``k.numbers`` then begins with the number of shapes S, with a row of S for each shape that says which phase
-takes it and another one, from 0, and with where the numbers of each phase begin. A phase finds its own from
-0, as it does where it is alone (``numbers_from``).
+``k.numbers`` then begins with the number of shapes S, a table (S, S) with the phase for each two shapes, from
+0, and the first index of each phase's numbers. A phase finds its own numbers from index 0, as if it were
+alone (``numbers_from``).
 """
 
 from functools import cache
@@ -18,7 +18,7 @@ Doubles = Floats
 
 
 def all_numbers(takes: Integers, numbers: list[Doubles | None]) -> Doubles:
-    """Returns ``k.numbers`` for several phases: (S, S) which of them takes two shapes, what each keeps."""
+    """Returns ``k.numbers`` for several phases: (S, S) the phase for two shapes, and each phase's numbers."""
     kept = [np.zeros(0) if each is None else each for each in numbers]
     head = 1 + takes.size + len(kept)
     begins = head + np.cumsum([0, *(len(each) for each in kept[:-1])])
@@ -27,20 +27,20 @@ def all_numbers(takes: Integers, numbers: list[Doubles | None]) -> Doubles:
 
 @hook
 def takes(k: Kernel, one: int, other: int) -> int:
-    """Returns which phase takes two shapes."""
+    """Returns the number of the phase for two shapes."""
     return int(k.numbers[1 + one * int(k.numbers[0]) + other])
 
 
 @hook
 def takes_bodies(k: Kernel, a: int, b: int) -> int:
-    """Returns which phase takes the shapes of two bodies."""
+    """Returns the number of the phase for the shapes of two bodies."""
     return takes(k, k.bodies[a].form, k.bodies[b].form)
 
 
 @cache
 def by_shape(hooks: tuple[Hook, ...], which: Hook = takes_bodies, first: int = 0) -> Hook:
-    """Returns a hook that is, for two bodies, that of the phase that takes them; the phases are numbered from
-    the first one's number. ``gap`` is given shapes and no bodies: then ``which`` is ``takes``."""
+    """Returns a hook that calls, for two bodies, the hook of their phase; phases are numbered from ``first``
+    on. ``gap`` gets shapes and no bodies: then ``which`` is ``takes``."""
     mine = of_phase(hooks[0], first)
     if len(hooks) == 1:
         return mine
@@ -56,7 +56,7 @@ def by_shape(hooks: tuple[Hook, ...], which: Hook = takes_bodies, first: int = 0
 
 @cache
 def of_phase(function: Hook, phase: int) -> Hook:
-    """Returns a phase's hook that takes the tables of all."""
+    """Returns a phase's hook, changed to take the tables of all phases."""
     given = with_numpy(function) if is_checked(function) else function
 
     @unchecked

@@ -1,14 +1,14 @@
-"""The calendar: the queue of bodies, one entry each, by the tick of what awaits them first.
+"""The calendar: the priority queue of the bodies, one entry each, by the tick of their first event.
 
-A calendar queue (Brown 1988): time is cut into slices of 2^shift ticks, about as long as events are apart,
-and each body is filed in the ring of its slice. There are more slices than bodies, and they are used again
-and again, so an entry of a later year may be in the same ring. A ring is put in order when the calendar
-reaches its slice; until then bodies are filed first, and of the others there one link is written. So the
-bodies of the slice that is reached are the first of its ring, in order, and a thousand that are due at one
-tick cost no search. A bit for each ring says whether it is empty. To file a body, to take it out and to find
-the head costs O(1) while slices have about the right length, which is mended between two chunks of a run. It
-is faster than a heap because one entry is touched and not a path of them.
-The order is total and owes nothing to the calendar (``precedes``).
+A calendar queue (Brown 1988): time is cut into slices of 2^shift ticks, about as long as the time between two
+events, and each body is filed in the ring of its slice. There are more rings than bodies, and the slices use
+them in turn, so a ring may also hold entries of a later year. The calendar sorts a ring when it reaches the
+ring's slice; until then it inserts bodies at the front, and writes one link of the other entries. So the
+bodies of the current slice are the first of their ring, in order, and a thousand bodies that are due at one
+tick cost no search. A bit for each ring says whether the ring is empty. Insertion, removal and finding the
+head cost O(1) while slices have about the right length; the length is adjusted between two chunks of a run.
+The calendar is faster than a heap because it touches one entry and not a path of entries. The order of events
+is total and does not depend on the calendar (``precedes``).
 """
 
 import numpy as np
@@ -31,14 +31,14 @@ from kinetile.kernel.tables import (
 from kinetile.kernel.vectors import lowest_bit
 
 HORIZON = 1 << 60
-"""Ticks. Later than this from now it is not worth to compute where a body will be: its wall is."""
+"""Ticks. Further ahead than this the calendar does not try ``inside``: it computes the wall contact."""
 
 inside = reach_wall = to_be_filled_in
 
 
 @hook
 def precedes(k: Kernel, a: int, b: int) -> bool:
-    """Whether what awaits body a comes before what awaits body b."""
+    """Returns True if the first event of body a is before the first event of body b."""
     one = k.queue[a]
     two = k.queue[b]
     if one.key != two.key:
@@ -56,20 +56,20 @@ def precedes(k: Kernel, a: int, b: int) -> bool:
 
 
 def rank(number: int, key: int, kind: int, partner: int) -> tuple[int, ...]:
-    """Returns a tuple in the order of ``precedes``, of a body's number and its partner's; not for hooks."""
+    """Returns a sort key ordered as ``precedes``, by the numbers of body and partner; not for hooks."""
     pair = (min(number, partner), max(number, partner)) if kind == PAIR else (number, number)
     return (key, kind, *pair, number)
 
 
 @hook
 def ring_of(k: Kernel, day: int) -> int:
-    """The ring in which the bodies of a slice are, and the place of its mark."""
+    """Returns the ring of a slice, which is also the index of its bit in the marks."""
     return int(day & (len(k.rings) - 1))
 
 
 @hook
 def _link(k: Kernel, before: int, body: int, after: int) -> None:
-    """Puts a body between two links: a body or a ring (``~ring``), and a body or the end."""
+    """Inserts a body between two links: a body or a ring (``~ring``), and a body or the end."""
     links = k.links
     links[body].next = after
     links[body].prev = before
@@ -82,12 +82,12 @@ def _link(k: Kernel, before: int, body: int, after: int) -> None:
 
 @hook
 def _file(k: Kernel, body: int, key: int) -> None:
-    """Puts a body into the ring of its slice: first, or in order in the ring of the slice that the calendar
-    has reached. Filed before that slice, it lets the calendar go back to the one before, and reach it again.
+    """Inserts a body into the ring of its slice: at the front, or in order if the calendar has reached that
+    slice. For an earlier slice the calendar moves back to the slice before it, and reaches it again.
     """
     calendar = k.clock[0].calendar
     day = key >> calendar.shift
-    ring = np.int64(ring_of(k, day))  # as Python, the bit of a shorter number would be lost
+    ring = np.int64(ring_of(k, day))  # in Python the bit of a shorter integer would be lost
     reached = calendar.slice
     before = int(~ring)
     after = int(np.int64(k.rings[ring]))
@@ -103,7 +103,7 @@ def _file(k: Kernel, body: int, key: int) -> None:
 
 @hook
 def _take_out(k: Kernel, body: int) -> None:
-    """Takes a body out of its ring."""
+    """Removes a body from its ring."""
     links = k.links
     after = np.int64(links[body].next)
     before = np.int64(links[body].prev)
@@ -118,7 +118,7 @@ def _take_out(k: Kernel, body: int) -> None:
 
 @hook
 def move(k: Kernel, body: int, key: int) -> None:
-    """Files a body under another tick; ``NEVER`` takes it out of the calendar. O(1)."""
+    """Files a body under another tick; ``NEVER`` removes it from the calendar. O(1)."""
     entry = k.queue[body]
     before = entry.key
     if before < TAKEN_OUT:
@@ -136,8 +136,8 @@ def move(k: Kernel, body: int, key: int) -> None:
 
 @hook
 def forget(k: Kernel, h: int) -> None:
-    """Clears what an entry says of contacts, before all that is near is looked at. It awaits nothing, and is
-    out of the calendar until it is settled; but it counts as queued all the while."""
+    """Clears the contacts of an entry, before all near bodies are compared. The body awaits nothing, and is
+    out of the calendar until it is filed again; but it counts as queued meanwhile."""
     entry = k.queue[h]
     if entry.key < TAKEN_OUT:
         _take_out(k, h)
@@ -150,8 +150,8 @@ def forget(k: Kernel, h: int) -> None:
 
 @hook
 def _put_in_order(k: Kernel, ring: int) -> None:
-    """Puts the bodies of a ring in order, by insertion from its begin: what is filed late, and so is first
-    here, comes late in most rings."""
+    """Sorts the bodies of a ring, by insertion from the front: in most rings a body that was filed late, and
+    so is near the front, is due late."""
     links = k.links
     last = int(np.int64(k.rings[ring]))
     body = int(np.int64(links[last].next))
@@ -189,7 +189,7 @@ def file_all(k: Kernel) -> None:
 
 @hook
 def next_marked(k: Kernel, day: int) -> int:
-    """Returns the first slice from ``day`` on that is not empty; a year later if none is."""
+    """Returns the first slice from ``day`` on that is not empty; a year later if all are empty."""
     ring = ring_of(k, day)
     word = ring >> 6
     bits = k.marks[word] >> (ring & 63) << (ring & 63)
@@ -205,7 +205,7 @@ def next_marked(k: Kernel, day: int) -> int:
 
 @hook
 def head(k: Kernel) -> int:
-    """Returns the body that comes next, or NOBODY; the slice sought in becomes its slice."""
+    """Returns the body of the next event, or NOBODY; the slice of this body becomes the calendar's."""
     clock = k.clock[0]
     calendar = clock.calendar
     queue = k.queue
@@ -216,7 +216,7 @@ def head(k: Kernel) -> int:
     first = np.int64(k.rings[ring_of(k, day)])
     while first >= bodies or queue[first].key >> calendar.shift != day:
         day = next_marked(k, day + 1)
-        if day > end:  # nothing in a whole year: look for the next entry itself
+        if day > end:  # nothing in a whole year: find the next entry itself
             soonest = NEVER
             for body in range(clock.bodies):
                 soonest = smaller(soonest, queue[body].key)
@@ -235,8 +235,8 @@ def head(k: Kernel) -> int:
 
 @hook
 def runner_up(k: Kernel, first: int, partner: int) -> int:
-    """Returns a tick before which nothing happens but to the head and its partner: the next entry of the
-    slice, or the end of the slice."""
+    """Returns a lower bound of the next event's tick, except for the head and its partner: the tick of the
+    next entry in the slice, or the end of the slice."""
     end = (k.clock[0].calendar.slice + 1) << k.clock[0].calendar.shift
     second = k.links[first].next
     if second == partner:
@@ -246,9 +246,9 @@ def runner_up(k: Kernel, first: int, partner: int) -> int:
 
 @template
 def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
-    """Whether a body may be at a wall, or leave its support, at a tick or before. Computes when it does,
-    unless ``inside`` of the narrow phase for walls says that it reaches none, for ``more`` ticks after that
-    too."""
+    """Returns True if a body may be at a wall, or leave its support, at or before a tick. Computes the tick
+    of that, unless ``inside`` of the narrow phase for walls says that the body reaches no wall until ``more``
+    ticks later."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED:
         body = k.bodies[h]
@@ -264,13 +264,13 @@ def wall_is_before(k: Kernel, h: int, tick: int, more: int) -> bool:
 
 
 SOON = 1 << 17
-"""Ticks after its key up to which a body with NOT_ASKED is away from walls. A bound is rarely that early, so
-walls are looked at once when a guess is filed, and not again when its contact is known exactly."""
+"""Ticks after its key while a body with NOT_ASKED is away from walls. A bound is rarely that early, so walls
+are tested once, when a guess is filed, and not again when its contact is computed exactly."""
 
 
 @template
 def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
-    """Returns what ``wall_is_before`` does, for a body that is filed."""
+    """Returns the same as ``wall_is_before``, for a body that is filed."""
     entry = k.queue[h]
     if entry.wall == NOT_ASKED and tick - SOON <= entry.key:
         return False
@@ -279,7 +279,7 @@ def wall_may_be_before(k: Kernel, h: int, tick: int) -> bool:
 
 @template
 def refile(k: Kernel, h: int) -> None:
-    """Files a body under the first of what awaits it."""
+    """Files a body under its first event."""
     entry = k.queue[h]
     key = entry.certificate
     kind = STRUCTURAL

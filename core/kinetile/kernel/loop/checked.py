@@ -1,11 +1,11 @@
-"""Hooks as the loop calls them: those that are not marked ``unchecked``, and responses of other plugins.
+"""Checks around hooks that are not marked ``unchecked``, and around responses of other plugins.
 
-Counts and numbers of bodies that they return are compared with how many there are, because the loop reads its
-tables there, and its index is not checked (``kernel.compiled.views``): one out of range is a fault that names
+The counts and numbers of bodies that hooks return are compared with their limits, because the loop reads its
+tables there, and does not check the index (``kernel.compiled.views``): one out of range is a fault that names
 the phase, and not a read of other memory.
 
-Two that have met are barred from each other until one of them has another plan, lest rounding make a contact
-of what the last one has left. So a response that leaves them closing in would let them through each other.
+Two bodies that have met are barred from each other until one of them has another plan, lest rounding repeat
+their contact. So after a response that leaves them closing in they would pass through each other.
 """
 
 import math
@@ -48,7 +48,7 @@ def _naming(function: Hook) -> Hook:
         if count < 0 or count > len(k.near) - SPARE:
             blame(k, BAD_COUNT, body, count)
             return 0
-        lowest = np.int32(0)  # as short as names are: the compiler takes eight at a time
+        lowest = np.int32(0)  # as short as slots are: the compiler compares eight at a time
         highest = np.int32(0)
         for i in range(count):
             lowest = smaller(lowest, k.near[i])
@@ -77,21 +77,21 @@ def _bounding(function: Hook) -> Hook:
 
 
 ROUNDED = 2.0**-50
-"""The part of all speeds, before and after a contact, that rounding may leave two bodies to close in with. A
-response without a rebound leaves up to half of this, of either sign: by an exact sign every second contact
-would be a fault. By so little two bodies reach no deeper into each other than ``limits.tolerance`` in twenty
+"""The part of all speeds, before and after a contact, that may remain as closing speed by rounding. A
+response without a rebound leaves up to half of this, of either sign: with an exact sign every second contact
+would be a fault. At this speed two bodies reach no deeper into each other than ``limits.tolerance`` in twenty
 units of the clock, while the fastest cross the scene in one."""
 
 
 @hook
 def _size(k: Kernel, body: int) -> float:
-    """Returns the sum of the sizes of a body's velocity along x and y."""
+    """Returns the sum of the absolute values of a body's velocity along x and y."""
     return float(abs(k.bodies[body].vx) + abs(k.bodies[body].vy))
 
 
 @hook
 def _refuse(k: Kernel, fault: int, a: int, b: int) -> None:
-    """Blames a response, and exchange velocities with ``k.places``, which has those before the contact."""
+    """Blames a response, and exchanges velocities with ``k.places``, which has those before the contact."""
     blame(k, fault, a, b)
     for body in (a, b):
         if body >= 0:
@@ -103,8 +103,8 @@ def _refuse(k: Kernel, fault: int, a: int, b: int) -> None:
 
 @cache
 def refusing_approach(function: Hook) -> Hook:
-    """Returns the hook of a response as the loop calls it: it is a fault if what meets then closes in still,
-    two bodies by more than rounding explains, and a body and a wall, which are not barred, at all."""
+    """Returns the hook of a response as the loop calls it: it is a fault if the two still close in after it,
+    for two bodies by more than rounding explains, for a body and a wall, which are not barred, at all."""
     given = with_numpy(function) if is_checked(function) else function
 
     @unchecked
@@ -126,7 +126,7 @@ def refusing_approach(function: Hook) -> Hook:
 
 @hook
 def _energy(k: Kernel, a: int, b: int, x: float, y: float) -> float:
-    """Returns twice the energy of two bodies of finite mass as one that moves with (x, y) sees it."""
+    """Returns twice the energy of two bodies of finite mass in the frame that moves with (x, y)."""
     found = 0.0
     for body in (a, b):
         if k.mass[body] < math.inf:
@@ -136,8 +136,8 @@ def _energy(k: Kernel, a: int, b: int, x: float, y: float) -> float:
 
 @cache
 def dissipating(function: Hook) -> Hook:
-    """Returns the hook of a response that is dissipative as the loop calls it: as ``refusing_approach``, and
-    it is a fault if it adds energy, as an immovable one of the two sees it."""
+    """Returns the hook of a dissipative response as the loop calls it: as ``refusing_approach``, and it is a
+    fault if it adds energy, in the frame of an immovable body of the two."""
     given = refusing_approach(function)
 
     @unchecked

@@ -1,17 +1,17 @@
-"""Commands: changes from outside, each at a tick of its own, in the order in which they were given.
+"""Commands: changes from outside, each at its own tick, in the order of the calls.
 
-A command turns a body, accelerates it, moves it, gives it another kind, inserts one or removes one. The clock
-also anchors plans again, by which no body moves otherwise. Commands run after the structural events of their
-tick and before its contacts: a body is inserted into a structure that is in order, and a removed one is out
-of it before the next contact is computed. A command given at a stop between two contacts of one tick says
-after how many of them it came (``after``), so that a repeated run carries it out at the same place.
+A command turns, accelerates, moves, inserts or removes a body, or gives it another kind. The clock also
+anchors old plans again, which moves no body. Commands run after the structural events of their tick and
+before its contacts: a body is inserted into a structure that is in order, and a removed body has left the
+structure before the next contact is computed. A command given at a stop between two contacts of one tick
+stores the number of contacts before it (``after``), so that a repeated run carries it out at the same place.
 
-A body that moves is removed and inserted again in one step, with its number, velocity, size and kind: as if
-it had met nobody yet.
+A moved body is removed and inserted again in one step, with its number, velocity, size and kind, as if it had
+met no other body yet.
 
 An inserted body must have room: it may touch others and the walls of the arena, and overlap them by no more
-than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed. So
-is another kind of a body that is passing through one which it would meet then (rule 11k).
+than rounding explains (``ROOM`` of the radii). Otherwise the command is refused, and nothing has changed.
+Another kind is refused, too, for a body that is passing through one that it would then meet (rule 11k).
 """
 
 import math
@@ -80,26 +80,26 @@ from kinetile.kernel.tables import (
 )
 
 NO_BLOCKER = -(1 << 30)
-"""What ``blocked_by`` returns where there is room."""
+"""The value of ``blocked_by`` if there is room."""
 
 enter = leave = ledge = to_be_filled_in
 
 
 @hook
 def brings(code: int) -> bool:
-    """Whether commands of a code bring a body in."""
+    """Returns True if commands of a code insert a body."""
     return bool((code == INSERTED) | (code == MOVED))
 
 
 @hook
 def takes(code: int) -> bool:
-    """Whether commands of a code take their body out."""
+    """Returns True if commands of a code remove their body."""
     return bool((code == REMOVED) | (code == MOVED))
 
 
 @hook
 def plan_changed(k: Kernel, body: int) -> None:
-    """Makes void what other entries say of a body with a new plan."""
+    """Invalidates the other entries' predictions for a body with a new plan."""
     k.stamps[body] += 1
     k.queue[body].wall = NOT_ASKED
     note_place(k, body)
@@ -107,34 +107,34 @@ def plan_changed(k: Kernel, body: int) -> None:
 
 @template
 def renew_plan(k: Kernel, body: int) -> None:
-    """Makes void what depends on the old plan of a body that goes on: other entries, and its partings."""
+    """Invalidates all that depends on a body's old plan: other entries' predictions, and its partings."""
     plan_changed(k, body)
     plan_partings(k, body)
 
 
 @hook
 def met_at(k: Kernel, tick: int) -> int:
-    """Returns how many contacts have happened at a tick that is not in the past."""
+    """Returns the number of contacts so far at a tick that is not in the past."""
     clock = k.clock[0]
     return int(clock.met_there if clock.met_tick == tick else 0)
 
 
 @hook
 def may_come(k: Kernel) -> bool:
-    """Whether the contacts that the next command waits for have happened at its tick."""
+    """Returns True if the contacts that the next command waits for have happened at its tick."""
     command = k.commands[k.clock[0].lists.command]
     return bool(command.after <= met_at(k, command.tick))
 
 
 @hook
 def window_of(bodies: int) -> int:
-    """Returns the number of contacts between two checks whether ``bodies`` bodies are jammed."""
+    """Returns the number of contacts between two tests of ``bodies`` bodies for a jam."""
     return 200 * bodies + 2000
 
 
 @template
 def has_vacancy(k: Kernel, command: Records) -> bool:
-    """Whether there is a slot for a new body, and the broad phase was prepared for its radius and shape."""
+    """Returns True if a slot is free and the broad phase is prepared for the new body's radius and shape."""
     clock = k.clock[0]
     limits = clock.limits
     room = clock.lists.vacant >= 0 or clock.bodies < len(k.bodies)
@@ -147,11 +147,12 @@ def has_vacancy(k: Kernel, command: Records) -> bool:
 def reaches_into(
     k: Kernel, command: Records, dx: float, dy: float, other: Records, mass: float, kind: int
 ) -> bool:
-    """Whether an inserted body would overlap another one, a body's record or a command's, (dx, dy) away."""
+    """Returns True if an inserted body would overlap another, given by its record or command, (dx, dy)
+    away."""
     clock = k.clock[0]
     if PASSINGS and k.rules[row_of(clock.kinds, kind, command.kind)].response == IS_PASS:
         return False
-    dx, dy = as_anchored(k, dx, dy)  # of its images the nearest
+    dx, dy = as_anchored(k, dx, dy)  # the nearest image
     reach = command.radius + other.radius
     if SHAPES:
         meets = not (math.isinf(command.mass) and math.isinf(mass))
@@ -162,7 +163,7 @@ def reaches_into(
 
 @hook
 def place_error(k: Kernel, tick: int) -> float:
-    """Returns by how much rows of places can be off: infinite if not noted, or if bodies are accelerated."""
+    """Returns the error of rows of places: infinite if they are not noted, or if bodies are accelerated."""
     clock = k.clock[0]
     noted = len(k.shadows) == 0 and clock.built != 0 and abs(tick - clock.origin) <= clock.limits.span
     return float(clock.limits.fat if noted else math.inf)
@@ -170,8 +171,8 @@ def place_error(k: Kernel, tick: int) -> float:
 
 @template
 def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: float, loose: float) -> bool:
-    """Whether a body is out of reach of an inserted one, by its row of places: they are close together, and
-    most bodies are far. ``elapsed`` is the time since their origin, ``loose`` is as of ``place_error``."""
+    """Returns True if a body is out of reach of an inserted one, by its row of places: these are close
+    together, and most bodies are far. ``elapsed`` is the time since their origin, ``loose`` their error."""
     place = k.places[other]
     there_x, there_y = position_after(place, elapsed)
     dx, dy = as_anchored(k, there_x - x, there_y - y)
@@ -181,7 +182,7 @@ def is_far(k: Kernel, x: float, y: float, radius: float, other: int, elapsed: fl
 
 @template
 def wall_beyond(k: Kernel, command: Records) -> int:
-    """Returns the wall beyond which an inserted body would reach, or NO_BLOCKER."""
+    """Returns the wall that an inserted body would reach beyond, or NO_BLOCKER."""
     clock = k.clock[0]
     limits = clock.limits
     torus = clock.torus
@@ -212,7 +213,7 @@ def wall_beyond(k: Kernel, command: Records) -> int:
 
 @template
 def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
-    """Returns a place as a plan that is anchored has it."""
+    """Returns a place as an anchored plan has it."""
     torus = k.clock[0].torus
     if PERIODIC:
         return near_zero(x, torus.x), near_zero(y, torus.y)
@@ -221,7 +222,7 @@ def as_anchored(k: Kernel, x: float, y: float) -> tuple[float, float]:
 
 @template
 def fill_move(k: Kernel, command: Records) -> int:
-    """Writes what a body has into the command that moves it, but its place; returns its slot."""
+    """Writes all values of a body except its place into the command that moves it; returns its slot."""
     body = slot_of(k, command.body)
     plan = k.bodies[body]
     command.vx = plan.vx
@@ -244,8 +245,8 @@ def fill_move(k: Kernel, command: Records) -> int:
 
 @template
 def blocked_by(k: Kernel, command: Records) -> int:
-    """Returns the slot of the eldest body, or the wall, that an inserted body, or one that moves, would
-    overlap; or NO_BLOCKER."""
+    """Returns the slot of the eldest body, or the wall, that an inserted or moved body would overlap; or
+    NO_BLOCKER."""
     own = NOBODY
     if command.code == MOVED:
         own = fill_move(k, command)
@@ -272,8 +273,8 @@ def blocked_by(k: Kernel, command: Records) -> int:
 
 @hook
 def caught_in(k: Kernel, command: Records) -> int:
-    """Returns the slot of the eldest body that a body passes through, and would meet if it were of the kind
-    of a command; or NO_BLOCKER."""
+    """Returns the slot of the eldest body that a body passes through, but would meet if it had the kind of a
+    command; or NO_BLOCKER."""
     found = NO_BLOCKER
     body = slot_of(k, command.body)
     pair = k.passers[body]
@@ -302,7 +303,7 @@ def find_blockers(k: Kernel, commands: Records, found: Any) -> None:
 
 @hook
 def take_slot(k: Kernel, number: int) -> int:
-    """Gives the body of a number a vacant slot. Before: there is one."""
+    """Gives a vacant slot to the body with a number. Before: a slot is vacant."""
     clock = k.clock[0]
     lists = clock.lists
     body = lists.vacant
@@ -320,7 +321,7 @@ def take_slot(k: Kernel, number: int) -> int:
 
 @hook
 def reach_as(row: Records, form: Records) -> None:
-    """Writes into a row how far a shape reaches to each side."""
+    """Writes a shape's reach to each side into a row."""
     row.left = form.left
     row.right = form.right
     row.down = form.down
@@ -382,7 +383,7 @@ def insert_body(k: Kernel, command: Records) -> int:
 
 @hook
 def accelerate(k: Kernel, body: int, command: Records) -> None:
-    """Gives a body the acceleration of a command; what is left of its chord stays."""
+    """Gives a body the acceleration of a command; the rest of its chord stays."""
     clock = k.clock[0]
     plan = k.bodies[body]
     plan.ax = command.ax
@@ -393,7 +394,7 @@ def accelerate(k: Kernel, body: int, command: Records) -> None:
 
 @hook
 def _account(k: Kernel, mass: float, squares: float) -> None:
-    """Adds the energy of a mass and a speed squared to what commands have added; 0 for infinite mass."""
+    """Adds the energy of a mass and a squared speed to the energy added by commands; 0 for infinite mass."""
     if abs(mass) < math.inf:
         k.counts[0].commanded_energy += 0.5 * mass * squares
 
@@ -402,8 +403,8 @@ def _account(k: Kernel, mass: float, squares: float) -> None:
 def remove_body(k: Kernel, body: int) -> None:
     """Removes the body in a slot; the broad phase's structure has removed it already.
 
-    A body that awaits a contact with it is refreshed when that contact is at the head. Contacts of one tick
-    are in the calendar in the order of numbers, and this number is gone: so they become guesses.
+    A body that awaits a contact with it is refreshed when that contact is at the head. The calendar orders
+    contacts of one tick by numbers, and this number is gone: so those contacts become guesses.
     """
     clock = k.clock[0]
     lists = clock.lists
@@ -443,7 +444,7 @@ def remove_body(k: Kernel, body: int) -> None:
 
 @template
 def must_wait(k: Kernel, command: Records) -> int:
-    """Returns the reason for which a command has to wait, LOG_FULL or CROWDED, or NO_REASON."""
+    """Returns the reason that makes a command wait, LOG_FULL or CROWDED, or NO_REASON."""
     rows = 1
     if PASSINGS and brings(command.code):
         most = k.clock[0].present * (MOST_IMAGES if PERIODIC else 1)
@@ -463,7 +464,7 @@ def must_wait(k: Kernel, command: Records) -> int:
 @only_with(RESTING)
 @template
 def foresee_ledge(k: Kernel, body: int) -> None:
-    """Computes again when a body leaves its support, after the clock has anchored its plan."""
+    """Recomputes the tick of a body's departure from its support, after the clock has anchored its plan."""
     plan = k.bodies[body]
     if plan.supports == 1 and plan.support >= 0:
         if PERIODIC:
@@ -478,7 +479,7 @@ def foresee_ledge(k: Kernel, body: int) -> None:
 
 @template
 def free_slot(k: Kernel, body: int, at: int) -> None:
-    """Lets a body go that is held, by no event of its own."""
+    """Frees a body that is held, with no event of its own."""
     plan = k.bodies[body]
     anchor(k, body, at)
     let_go(k, body)
@@ -491,7 +492,7 @@ def free_slot(k: Kernel, body: int, at: int) -> None:
 @only_with(RESTING)
 @template
 def free_from(k: Kernel, support: int, at: int) -> None:
-    """Lets all bodies go that a support holds; ``loop.restore`` replans them."""
+    """Frees all bodies that a support holds; ``loop.restore`` replans them."""
     lists = k.clock[0].lists
     for number in range(len(k.slots) if k.mass[support] == math.inf else 0):
         body = k.slots[number]
@@ -503,7 +504,7 @@ def free_from(k: Kernel, support: int, at: int) -> None:
 
 @template
 def take_out(k: Kernel, s: Any, command: Records) -> None:
-    """Removes the body of a command that removes or moves it, first from its passings, then from the broad
+    """Removes the body of a command that removes or moves it: first from its passings, then from the broad
     phase's structure, which reads its plan, then from the tables."""
     body = slot_of(k, command.body)
     anchor(k, body, command.tick)
@@ -522,8 +523,8 @@ def take_out(k: Kernel, s: Any, command: Records) -> None:
 
 @template
 def bring_in(k: Kernel, s: Any, command: Records) -> int:
-    """Inserts the body of a command that inserts or moves it, and log that, before its passings begin; return
-    its slot, a vacant one, which a body that moves has just left."""
+    """Inserts the body of a command that inserts or moves it, and logs it before its passings begin; returns
+    its slot: a vacant one, which a moved body has just left."""
     body = insert_body(k, command)
     log(k, command.tick, body, command.code)
     if command.code == INSERTED:
@@ -539,8 +540,7 @@ def bring_in(k: Kernel, s: Any, command: Records) -> int:
 
 @template
 def change(k: Kernel, body: int, command: Records) -> None:
-    """Gives a body that has been anchored the velocity, acceleration or kind of a command, and accounts for
-    the energy."""
+    """Gives an anchored body the velocity, acceleration or kind of a command, and accounts for the energy."""
     plan = k.bodies[body]
     if command.code != REANCHORED:
         k.counts[0].turns += 1
@@ -562,8 +562,8 @@ def change(k: Kernel, body: int, command: Records) -> None:
 
 @template
 def carry_out(k: Kernel, s: Any) -> int:
-    """Carries out the next command, at its tick; returns the slot of the body that is to be refreshed, or
-    NOBODY. With ``LIVING``, there is room for a new body."""
+    """Carries out the next command, at its tick; returns the slot of the body to be refreshed, or NOBODY.
+    With ``LIVING``, there is room for a new body."""
     lists = k.clock[0].lists
     command = k.commands[lists.command]
     lists.command += 1
@@ -596,7 +596,7 @@ def carry_out(k: Kernel, s: Any) -> int:
 
 
 def run_one_command(k: Kernel, s: Any) -> None:
-    """Carries out the next command in tables that get a new structure after it; a template."""
+    """Carries out the next command in tables whose structure is built after it; a template."""
     k = disowned(k)
     s = disowned(s)
     command = k.commands[k.clock[0].lists.command]

@@ -1,8 +1,7 @@
-"""Events: what the loop does at a structural failure, a command, a parting, or a contact that comes next.
+"""Events: the loop's actions at a structural failure, a command, a parting or a contact.
 
-Each template runs one event at the head of the queue, at its tick, and returns the task that it leaves to
-``loop.restore``, with the bodies concerned. Nothing that could come before is left in the queue: the loop
-has made sure of that.
+Each template runs one event at the head of the queue, at its tick. It returns the task for ``loop.restore``
+and the bodies of that task. The loop has made sure that no other event is before this one.
 """
 
 from typing import Any
@@ -63,21 +62,21 @@ repair = collide = reach_wall = bounce = to_be_filled_in
 NO_TASK, REFILE, RELAY, REFRESH, REPLAN, REFRESH_ALL = range(6)
 """Tasks that a step leaves to ``restore``, for one body or two:
 
-``REFILE``: newcomers near it are still to be looked at, if any, and it is to be filed by what it awaits now;
-``RELAY``: the same, after the broad phase has replanned it, for its chord has ended;
-``REFRESH``: what its entry says of contacts is to be computed again from all that is near;
-``REPLAN``: the same, and the broad phase has to replan it;
+``REFILE``: predict its contacts with newcomers, if any, and file it by the event that it awaits now;
+``RELAY``: the same, after the broad phase has replanned it, because its chord has ended;
+``REFRESH``: predict its contacts with all near bodies again;
+``REPLAN``: the same, and the broad phase replans it;
 ``REFRESH_ALL``: as ``REFRESH``, for all bodies."""
 
 
 @template
 def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
-    """Runs a structural event: have the broad phase repair its structure. Returns how many newcomers are
-    near.
+    """Runs a structural event: the broad phase repairs its structure. Returns the number of newcomers in
+    ``k.near``.
 
-    Before: the structural certificate of h fails at ``at``. After: h has another one, and is to be filed.
-    Time need not pass, nor a contact happen, between two such events, so a broad phase that repairs nothing
-    would go on for ever: after ``spin_limit`` of them that is a fault.
+    Before: the structural certificate of h fails at ``at``. After: h has another certificate, and is to be
+    filed. Between two such events neither time has to pass nor a contact to happen. So a broad phase that
+    repairs nothing would never end: more than ``spin_limit`` of them are a fault.
     """
     clock = k.clock[0]
     jam = clock.jam
@@ -96,7 +95,7 @@ def run_structural(k: Kernel, s: Any, h: int, at: int) -> int:
 
 @template
 def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
-    """Carries out the next command, or return the reason for which it has to wait: (reason, task, body).
+    """Carries out the next command, or returns the reason to wait: (reason, task, body).
 
     With a reason no body has changed, and the command is still the next one.
     """
@@ -120,14 +119,14 @@ def run_command(k: Kernel, s: Any, at: int) -> tuple[int, int, int]:
     if brings(command.code) or takes(command.code):
         if not LIVING or (command.code == INSERTED and not has_vacancy(k, command)):
             return COMMAND_DUE, NO_TASK, NOBODY
-        task = REFRESH  # enter and leave have told the structure
+        task = REFRESH  # enter and leave have updated the structure
     clock.now = larger(clock.now, at)
     return NO_REASON, task, carry_out(k, s)
 
 
 @template
 def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
-    """Anchors the next plan that has grown old by this beat; returns the task and the body, or NOBODY."""
+    """Anchors the next plan that is old at this beat; returns the task and the body, or NOBODY."""
     body = next_to_anchor(k)
     if body < 0:
         return NO_TASK, NOBODY
@@ -142,9 +141,9 @@ def anchor_next(k: Kernel, at: int) -> tuple[int, int]:
 
 @template
 def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
-    """Whether the loop stops before the contact at the head, because it is watched, once that is filed:
-    ``loop.resolve`` may have computed it exactly without. It is not held back twice: when the loop goes on
-    it happens, if commands have not changed that."""
+    """Returns True if the loop stops before the contact at the head because it is watched. The contact stays
+    filed, although ``loop.resolve`` may have computed it exactly without filing it. The loop stops only once:
+    when the run continues, the contact happens, unless commands have changed that."""
     clock = k.clock[0]
     stops = clock.stops
     if stops.watching == 0 or stops.before == 0:
@@ -174,16 +173,16 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
 
 @template
 def leaves_support(k: Kernel, h: int) -> bool:
-    """Whether a body that awaits a wall, or to leave its support, awaits the latter."""
+    """Returns True if a body that awaits a wall, or to leave its support, leaves the support first."""
     return bool(k.bodies[h].ledge < reach_wall(k, k.bodies[h])[0])
 
 
 @template
 def run_wall_contact(k: Kernel, h: int, at: int) -> int:
-    """Runs the contact of the head with a wall; returns the task for it.
+    """Runs the contact of the head with a wall; returns the task for the body.
 
-    Before: it is at a wall at ``at``, and nothing is before that. After: it has its plan from ``at`` on, and
-    the contact is logged and counted.
+    Before: the body is at a wall at ``at``, and nothing is before that. After: it has its plan from ``at``
+    on, and the contact is logged and counted.
     """
     clock = k.clock[0]
     if at < clock.now:
@@ -209,7 +208,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
 
 @template
 def put_back(k: Kernel, body: int) -> None:
-    """Gives a body back its velocity before a contact that cannot be resolved; nearly, where accelerated."""
+    """Restores a body's velocity before a contact that cannot be resolved; nearly, if accelerated."""
     before = k.places[body]
     plan = k.bodies[body]
     plan.vx = before.vx
@@ -222,7 +221,7 @@ def put_back(k: Kernel, body: int) -> None:
 
 @template
 def run_parting(k: Kernel, h: int, at: int) -> tuple[int, int]:
-    """Ends the passing whose end the head awaits; returns the task, and the other body of it, or NOBODY."""
+    """Ends the passing whose end the head awaits; returns the task, and the other body or NOBODY."""
     k.clock[0].now = larger(k.clock[0].now, at)
     pair = find_leave(k, h)
     other = k.passings[pair].b
@@ -235,10 +234,10 @@ def run_parting(k: Kernel, h: int, at: int) -> tuple[int, int]:
 
 @template
 def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
-    """Runs the contact of the head with its partner: returns (reason, task, the elder, the younger).
+    """Runs the contact of the head with its partner; returns (reason, task, the elder, the younger).
 
     Before: they touch at ``at`` exactly, and nothing is before that. After: both have their plans from ``at``
-    on, or have begun to pass through each other, and that is logged and counted. With a reason (CROWDED)
+    on, or have begun to pass through each other, and this is logged and counted. With a reason (CROWDED)
     nothing has changed.
     """
     clock = k.clock[0]
@@ -260,9 +259,9 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     anchor(k, b, at)
     come_together(k, a, b, h)
     depth = answer(k, a, b, at) if RULES or UNEQUAL else collide(k, a, b)
-    if FOREIGN and clock.fault.code != 0:  # the response has let them close in still
+    if FOREIGN and clock.fault.code != 0:  # after the response they still close in
         return NO_REASON, NO_TASK, NOBODY, NOBODY
-    if depth != depth:  # not a number: two centres on one place, and no line between them
+    if depth != depth:  # not a number: the centres coincide, so no line joins them
         blame(k, NOT_FINITE, a, b)
         put_back(k, a)
         put_back(k, b)

@@ -1,4 +1,4 @@
-"""Hooks in place of those that a phase does not have, which return a value (others: ``compiled.NOTHING``)."""
+"""Hooks for phases that lack them and must return a value (for other hooks: ``compiled.NOTHING``)."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from kinetile.kernel.tables import LONG_AGO, Kernel, Records
 
 
 class NoState(NamedTuple):
-    """The state of a broad phase that keeps none; a named tuple of arrays needs one array."""
+    """The state of a broad phase without state; a named tuple of arrays needs one array."""
 
     nothing: Records
 
@@ -15,19 +15,19 @@ class NoState(NamedTuple):
 @unchecked
 @hook
 def repair(k: Kernel, s: NoState, body: int) -> int:
-    """There is no certificate that could fail."""
+    """Returns 0: there is no certificate that could fail."""
     return 0
 
 
 @unchecked
 @hook
 def inside(k: Kernel, body: Records, tick: int) -> bool:
-    """There is no shortcut."""
+    """Returns False: there is no shortcut."""
     return False
 
 
 @unchecked
 @hook
 def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
-    """No two bodies touch at a face."""
+    """Returns LONG_AGO: no two bodies touch at a face."""
     return LONG_AGO

@@ -1,38 +1,38 @@
-"""The main loop: take the next event, restore the proof, again (thesis, section 2).
+"""The main loop: take the next event, restore the proof, repeat (thesis, section 2).
 
-``advance`` is a template. Its hooks, of phases and responses, and its features (``kernel.features``)
-are filled in by ``kinetile.kernel.compiled.compose`` from what the scene names; what it does not name is not
-compiled. The loop cannot raise. It runs until something has to be done outside and returns a reason.
+``advance`` is a template. ``kinetile.kernel.compiled.compose`` fills in its hooks, from phases and responses,
+and its features (``kernel.features``), as the scene names them; nothing else is compiled. The loop cannot
+raise. It runs until the caller has to act, and returns the reason.
 
-After each event the head of the queue is taken again. So at a contact's tick every structural event up to and
-at that tick has been restored, and which broad phase did it cannot matter (docs/one-answer.md has the rule
-and its proof). A guess at the head is no event: it moves neither the clock nor a body, so when its contact is
-computed exactly cannot matter either.
+The loop takes the head of the queue again after each event. So when a contact runs, every structural event up
+to and at its tick has run, and the choice of the broad phase cannot matter (docs/one-answer.md has the rule
+and its proof). A guess at the head is not an event: it moves neither the clock nor a body, so the moment of
+its exact computation cannot matter either.
 
-Each step leaves a task to ``restore``: the bodies whose entries in the queue are not true any more, and why.
-All tasks go through this one place because a hook is inlined wherever it is called: a second call of
-``soonest`` or ``replan`` would be the machine code of a whole broad phase again, and seconds of compilation.
+Each step leaves a task to ``restore``: the bodies whose entries in the queue are no longer true, and the
+reason. All tasks go through this one place because a hook is inlined wherever it is called: a second call of
+``soonest`` or ``replan`` would add the machine code of a whole broad phase, and seconds of compilation.
 
 Order, and why the head is the next event
 =========================================
 
-The order is total: by tick; at equal ticks chord, structural, guess, command, wall, pair, parting; in one
-kind by number, and pairs by their two bodies. A beat comes after the chords and the structural events of its
+The order is total: by tick; at equal ticks chord, structural, guess, command, wall, pair, parting; within one
+kind by number, and pairs by their two numbers. A beat comes after the chords and the structural events of its
 tick, and before all others. The order does not depend on the history of the queue.
 
-Let the head be a contact of a pair at tick T, exact, and its partner's plan unchanged. Let {c, d} be a near
-pair, not barred, and c a body that covers it. Then its contact is at or after c's ``tick``, that is at or
-after c's ``key``, that is at or after T. If it is at T, c's key is T and of kind pair: everything else of
-that tick would be before the head. If c's partner is d, the order by numbers decides between the two
-contacts, as it should. If it is another, e, then c's ``guard`` is at T too; a guess that became exact was
-before its guard, so c was computed exactly, and of several contacts at one tick has that of the smaller
-numbers: {c, e} is before {c, d}.
+Let the head be an exact contact of a pair at tick T, and let its partner's plan be unchanged. Let {c, d} be a
+near pair that is not barred, and let c cover it (``predictions``). Then the contact of {c, d} is at or after
+c's ``tick``, which is at or after c's ``key``, which is at or after T. If the contact is at T, c's key is T
+and its kind is pair: everything else of that tick would be before the head. If c's partner is d, the order by
+numbers decides between the two contacts, as required. If c's partner is another body e, c's ``guard`` is at T
+too. A guess that became exact was before its guard, so c was computed exactly. If several of its contacts are
+at one tick, c has the one with the smaller numbers: {c, e} is before {c, d}.
 
 A guess that becomes exact at tick t *runs at once*, without being filed, if t is before everything else in
-its slice of the calendar and before the slice's end, before ``own`` of both bodies, before the next command
-and the end of the run, before the partner's key (or, if that is this same contact in the partner's entry,
-before its ``guard``), and if neither body can be at a wall by then. By the same reasoning all other contacts,
-failures and walls are later than t, with no tie. ``Simulation(..., audit=N)`` checks all of it, slowly."""
+its slice of the calendar and before the slice's end, before the ``certificate`` of both bodies, before the
+next command and the end of the run, before the partner's key (or, if that key is this same contact, before
+the partner's ``guard``), and if neither body can be at a wall by then. By the same reasoning all other
+contacts, failures and walls are strictly later than t. ``Simulation(..., audit=N)`` checks this, slowly."""
 
 from typing import Any
 
@@ -110,10 +110,10 @@ build = replan = near = to_be_filled_in
 def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: int) -> int:
     """Runs the events up to and at tick ``until``; returns the reason for stopping.
 
-    ``s`` is the broad phase's state, ``budget`` how many events may run, ``contacts`` how many contacts there
-    may be in all, ``quota`` how many at tick ``until``: the others of that tick stay pending.
-    With a budget of 0 nothing moves, not even the clock, but guesses are resolved until an event is at the
-    head. At the first call after ``tables.clear`` the structure is built and every body refreshed.
+    ``s`` is the broad phase's state, ``budget`` the number of events that may run, ``contacts`` the number of
+    contacts allowed in all, ``quota`` the number allowed at tick ``until``: the others of that tick stay
+    pending. With a budget of 0 nothing moves, not even the clock, but guesses are resolved until an event is
+    at the head. The first call after ``tables.clear`` builds the structure and refreshes every body.
     """
     k = disowned(k)
     s = disowned(s)
@@ -125,7 +125,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
     moving = budget > 0
     at = clock.now  # the tick of the head: no contact can be before it
     seen = scout = clock.calendar.slice
-    turn = 0  # of the scout
+    turn = 0  # the number of bodies that the scout has found
     task, a, b, newcomers = NO_TASK, NOBODY, NOBODY, 0
 
     while True:
@@ -141,7 +141,7 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
             if moving:
                 clock.now = larger(clock.now, until)
             return TIME_REACHED
-        # ``at`` is before the origin where guesses ran ahead and a body is turned.
+        # ``at`` is before the origin if a body is turned after guesses ran ahead.
         if abs(at - clock.origin) > clock.limits.span:
             note_origin(k, at)
 
@@ -161,11 +161,11 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
 
 @template
 def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, int, int, int]:
-    """Runs what comes next at tick ``at``: returns (NO_REASON, task, body, another, newcomers) for
+    """Runs the next event, at tick ``at``; returns (NO_REASON, task, body, another, newcomers) for
     ``restore``.
 
-    Before: it is no guess, and nothing is before it. After: it has happened; or there is a reason to stop
-    before it, or behind what is watched, and it is still at the head.
+    Before: the event is not a guess, and nothing is before it. After: the event has happened; or there is a
+    reason to stop before it, or after a watched contact, and the event is still at the head.
     """
     clock = k.clock[0]
     reason, task, a, b = NO_REASON, REFILE, h, NOBODY
@@ -199,7 +199,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
 
 @template
 def note_origin(k: Kernel, tick: int) -> None:
-    """Makes a tick the origin from which rows of places count."""
+    """Makes a tick the origin of the rows of places."""
     note_all_places(k, tick)
     if ACCELERATIONS:
         note_all_places(with_shadows(k), tick)
@@ -207,9 +207,9 @@ def note_origin(k: Kernel, tick: int) -> None:
 
 @template
 def start(k: Kernel, s: Any) -> None:
-    """Have the broad phase build its structure, and leave all bodies to be refreshed.
+    """Has the broad phase build its structure; leaves all bodies to be refreshed.
 
-    Before: the tables are clear. After: more is offered than the table of offers holds: all bodies.
+    Before: the tables are clear. After: the count of offers exceeds their table: this means all bodies.
     """
     clock = k.clock[0]
     clock.built = 1
@@ -221,21 +221,21 @@ def start(k: Kernel, s: Any) -> None:
 
 @template
 def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: int) -> None:
-    """Makes the queue true again after a step, and after all that hooks offer on the way.
+    """Makes the queue true again after a step, and after all offers that hooks leave meanwhile.
 
-    Before: every entry is true and filed but those of ``a`` and ``b`` (or NOBODY), for which ``task`` says
-    what is to be done, with the first ``newcomers`` of ``k.near``, and those of bodies that are offered. No
-    contact is before ``at``. After: every entry is true and filed, and nothing is offered; or there is a
-    fault, or too little room for pairs. Each body goes this way::
+    Before: every entry is true and filed, except the entries of ``a`` and ``b`` (or NOBODY), for which
+    ``task`` and the first ``newcomers`` of ``k.near`` remain, and the entries of bodies that are offered. No
+    contact is before ``at``. After: every entry is true and filed, and no offer is left; or there is a fault,
+    or too little room for pairs. Each body takes this path::
 
-        take --stale--> refresh --> look --the last of its task--> file, and who waits --> take
+        take --stale--> refresh --> look --the last of its task--> file it and the waiting one --> take
          |--newcomers alone---------> |
          |                            `--another is stale--> wait --> take
          `--nothing is left--> done
 
-    Taken are the bodies of ``task``, then what ``next_task`` returns. After ``look`` an entry is true, and is
-    filed by that once. Both bodies of a contact are refreshed before either is filed: replan of the second
-    may set the certificate of the first again, which would then be moved in the calendar twice.
+    The bodies of ``task`` are taken first, then those from ``next_task``. After ``look`` an entry is true,
+    and is filed once. Both bodies of a contact are refreshed before either is filed: ``replan`` of the second
+    may set the certificate of the first again, and the first would then move in the calendar twice.
     """
     body = waiting = NOBODY
     if task == NO_TASK:
@@ -257,7 +257,7 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
         elif a >= 0:
             waiting = body
             continue
-        if AHEAD and waiting >= 0:  # the memory of its ring may have come by now
+        if AHEAD and waiting >= 0:  # its ring may have been loaded by now
             last = body
             body = waiting
             waiting = last
@@ -269,9 +269,9 @@ def restore(k: Kernel, s: Any, task: int, a: int, b: int, newcomers: int, at: in
 
 @template
 def next_task(k: Kernel) -> tuple[int, int, int]:
-    """Takes a task that hooks have left: returns (task, body, newcomers), or (NO_TASK, NOBODY, 0).
+    """Takes a task that hooks have left; returns (task, body, newcomers), or (NO_TASK, NOBODY, 0).
 
-    A body that its support has freed comes first; an offer then has one newcomer, or none.
+    Bodies that their support has freed come first, then offers. An offer has one newcomer or no newcomer.
     """
     clock = k.clock[0]
     lists = clock.lists
@@ -279,7 +279,7 @@ def next_task(k: Kernel) -> tuple[int, int, int]:
         body = lists.freed
         lists.freed = k.bodies[body].freed
         return REPLAN, body, 0
-    if lists.offered > len(k.offers):  # some are lost, and it is not known which
+    if lists.offered > len(k.offers):  # some offers are lost, and it is unknown which
         lists.offered = 0
         return REFRESH_ALL, 0 if clock.bodies > 0 else NOBODY, 0
     if lists.offered == 0:
@@ -295,10 +295,10 @@ def next_task(k: Kernel) -> tuple[int, int, int]:
 
 @template
 def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
-    """Clears what an entry says of contacts, and returns how many bodies of ``k.near`` it has to look at.
+    """Clears the contacts of an entry; returns the number of bodies in ``k.near`` to predict contacts with.
 
-    With ``REPLAN`` the hook ``replan`` is called too, after ``near``: ``near`` may read the structure as it
-    was, because a new plan does not move the body.
+    With ``REPLAN`` it calls the hook ``replan`` too, after ``near``: ``near`` may read the old structure,
+    because a new plan does not move the body.
     """
     count = 0
     if PAIRS and (not ACCELERATIONS or task != RELAY) and (not LIVING or is_there(k, body)):
@@ -313,9 +313,9 @@ def refresh(k: Kernel, s: Any, body: int, task: int) -> int:
 
 @template
 def must_return(k: Kernel, contacts: int) -> int:
-    """Returns why the loop cannot take another event, or NO_REASON.
+    """Returns the reason that stops the loop now, or NO_REASON.
 
-    The order counts: after a fault nothing else in the tables can be relied on.
+    The order of the tests matters: after a fault nothing else in the tables is reliable.
     """
     clock = k.clock[0]
     counts = k.counts[0]
@@ -336,9 +336,9 @@ def must_return(k: Kernel, contacts: int) -> int:
 
 @template
 def next_event(k: Kernel) -> tuple[int, int, int]:
-    """Returns what comes next: the head of the queue (or NOBODY), the kind and the tick.
+    """Returns the next event: the head of the queue (or NOBODY), the kind and the tick.
 
-    Before: every entry is true and filed. Of kind ``COMMANDED`` it is the next command, whatever the head is.
+    Before: every entry is true and filed. ``COMMANDED`` means the next command, whatever the head is.
     """
     lists = k.clock[0].lists
     h = head(k)
@@ -358,7 +358,7 @@ def next_event(k: Kernel) -> tuple[int, int, int]:
 
 @template
 def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
-    """Writes down what comes next, of which nothing is run."""
+    """Writes the next event to the clock, without running anything."""
     coming = k.clock[0].next
     coming.tick = at
     coming.kind = kind
@@ -383,8 +383,8 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
 
 @template
 def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
-    """Whether what comes next is behind the end, which may be between two contacts of the last tick: where a
-    command was given between two runs, or a recording stopped."""
+    """Returns True if the next event is after the end of the run. The end may be between two contacts of the
+    last tick, if a command was given there between two runs, or a recording stopped there."""
     if at < until:
         return False
     return bool(at > until or at == NEVER or (kind >= WALL and met_at(k, at) >= quota))
@@ -392,11 +392,11 @@ def is_over(k: Kernel, kind: int, at: int, until: int, quota: int) -> bool:
 
 @template
 def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: int) -> tuple[int, int]:
-    """Makes sure of the contact at the head: returns (NO_TASK, its tick) if it runs now, else (task, ``at``).
+    """Verifies the contact at the head; returns (NO_TASK, its tick) if it runs now, else (task, ``at``).
 
-    Before: h is the head, its entry a guess or a contact, and true but for what its partner did since. After
-    NO_TASK: the contact of h and its partner is exact, and no event is before it. After another task: h still
-    awaits something, which may be the same contact, and is to be filed by that.
+    Before: h is the head; its entry is a guess or a contact, and true unless its partner's plan has changed.
+    After NO_TASK: the contact of h and its partner is exact, and no event is before it. After another task: h
+    is still to be filed, by the event that it awaits then, which may be the same contact.
     """
     entry = k.queue[h]
     other = entry.partner
@@ -411,21 +411,21 @@ def resolve(k: Kernel, s: Any, h: int, kind: int, at: int, until: int, budget: i
     tick = meeting(k, first, h + other - first)
     k.clock[0].contact_guess = NEVER
     await_through(k, h)
-    if tick >= entry.guard and entry.guard != NEVER:  # another of those near h may come first
+    if tick >= entry.guard and entry.guard != NEVER:  # another body near h may come first
         ask_all_exactly(k, s, h, other, tick, at)
         return REFILE, at
     entry.tick = tick
     entry.exact = 1
     if comes_next(k, h, other, tick, until, budget):
-        return NO_TASK, tick  # most contacts: they need not be filed to be at the head again at once
+        return NO_TASK, tick  # most contacts: filed, they would be at the head again at once
     return REFILE, at
 
 
 @template
 def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int) -> bool:
-    """Whether the contact of the head and its partner, at an exact tick, can run without being filed.
+    """Returns True if the contact of the head and its partner, at an exact tick, can run without being filed.
 
-    It may say no where it could; the contact is then filed, and runs as the head.
+    False is always safe: the contact is then filed, and runs as the head.
     """
     clock = k.clock[0]
     lists = clock.lists
@@ -435,7 +435,7 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     if twin.partner == h and twin.kind == GUESS and twin.seen == k.stamps[h]:
         rival = smaller(
             entry.certificate, smaller(twin.certificate, twin.guard)
-        )  # the same guess, seen from there
+        )  # the same guess in the partner's entry
     if COMMANDS and lists.command < lists.commands:
         rival = smaller(rival, k.commands[lists.command].tick)
     if PERIODIC:

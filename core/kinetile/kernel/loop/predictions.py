@@ -1,36 +1,36 @@
-"""Predictions: what a body's entry in the queue says about its contacts, and how that is computed.
+"""Predictions: the meaning and the computation of the contacts in a body's queue entry.
 
-An entry says of body h, about all that was near it when it was refreshed and all newcomers since::
+An entry of body h makes these claims on all bodies near it when it was refreshed, and all newcomers since::
 
     its contact with ``partner`` is not before ``tick``, if the partner still has the plan of stamp ``seen``;
     every other contact is not before ``guard``; tick <= guard
 
-The first values are lower bounds, which ``soonest`` of the narrow phase gives as delays, cheaply. Only a
-contact that comes to the head of the queue is computed exactly; without ``soonest`` all are, at once.
+The first values are cheap lower bounds, which ``soonest`` of the narrow phase returns as delays. A contact is
+computed exactly only at the head of the queue; without ``soonest`` all contacts are computed exactly at once.
 
 Coverage
 ========
 
-An entry of h **covers** a near pair {h, j} if it is true for it: the contact of h and j is not before
+An entry of h **covers** a near pair {h, j} if it is true for this pair: the contact of h and j is not before
 ``tick``, and not before ``guard`` if j is not the partner, and exactly at ``tick`` if j is the partner,
 ``exact`` is set and ``seen`` is j's stamp.
 
     Between two events every near pair that is not barred is covered by one of its bodies.
 
-Five rules keep it:
+Five rules maintain this invariant:
 
 1. *A body whose plan has changed raises its stamp and is predicted again.* It covers all its pairs. The
-   entries of the others do not change; they may now be wrong for this body, and need not be right.
+   entries of other bodies do not change; they may now be wrong for this body, and that is allowed.
 2. *A newcomer is predicted by one of the two*: the body under repair, or the first of an ``offer``. If its
    contact may be first, the old first becomes the guard; else the guard is lowered to it. The entry still
-   covers what it covered.
+   covers the pairs that it covered.
 3. *An entry at the head whose partner has another plan is predicted again.* Until then the partner covered
    the pair, by rule 1.
-4. *For a guess that turns out later than ``guard``, all contacts of the body are computed exactly.*
+4. *If a guess turns out to be at or after ``guard``, all contacts of the body are computed exactly.*
 5. *A pair is barred while each body stores the other as its last contact*, and that ends only when one of
    them gets another plan: rule 1.
 
-For this a broad phase must name every body that becomes near (``repair``, ``offer``), and none that parts.
+So a broad phase must name every body that becomes near (``repair``, ``offer``), but none that parts.
 """
 
 from typing import Any
@@ -47,7 +47,7 @@ LEFT_OUT = 2.0**62 + 2.0**20
 """Ticks. A contact further away is left out: both bodies are anchored again before it."""
 
 MARGIN = 1 << 12
-"""Ticks by which a bound is set back: for the rounding of a delay of up to 2^62 ticks."""
+"""Ticks subtracted from a bound, for the rounding of a delay of up to 2^62 ticks."""
 
 near = meet = soonest = to_be_filled_in
 
@@ -61,15 +61,15 @@ def barred_with(k: Kernel, h: int) -> int:
 
 @template
 def left_out(k: Kernel, h: int) -> int:
-    """Returns the body whose contact with h is not computed: the one that is barred, or NOBODY. Where axes
-    are periodic an image is barred and not a body, and two that are accelerated differently may meet again:
-    there ``meet`` knows what is barred itself."""
+    """Returns the body whose contact with h is not computed: the barred one, or NOBODY. On periodic axes an
+    image is barred and not a body, and two bodies with different accelerations may meet again: there ``meet``
+    itself leaves out the barred contacts."""
     return NOBODY if PERIODIC or UNEQUAL else barred_with(k, h)
 
 
 @template
 def not_before(at: int, ticks: float) -> int:
-    """Returns a tick that a contact is not before, ``ticks`` after a tick; NEVER for what is too far."""
+    """Returns a lower bound of the tick of a contact, ``ticks`` after tick ``at``; NEVER if it is too far."""
     near_enough = ticks < LEFT_OUT
     tick = at + larger(int(ticks if near_enough else LEFT_OUT) - MARGIN, 0)
     return tick if near_enough else NEVER
@@ -77,7 +77,7 @@ def not_before(at: int, ticks: float) -> int:
 
 @template
 def look_at(k: Kernel, h: int, count: int, at: int) -> None:
-    """Takes what is in ``k.near[:count]`` into an entry, as seen at a tick before which no contact can be."""
+    """Updates an entry with the bodies in ``k.near[:count]``, at a tick that no contact is before."""
     entry = k.queue[h]
     if PASSINGS and not PERIODIC:
         count = leaves_out(k, h, count)
@@ -114,9 +114,9 @@ def look_at(k: Kernel, h: int, count: int, at: int) -> None:
 
 @template
 def meeting(k: Kernel, a: int, b: int) -> int:
-    """Returns the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. One that lies in
-    the past does not count where they pass through each other: they have. One holds the other: there is
-    none."""
+    """Returns the tick of the first contact of two bodies, or ``NEVER``; ``a`` is the elder. If the two pass
+    through each other, a contact in the past does not count: that passing has begun already. If one holds the
+    other, they have no contact."""
     if RESTING and (is_held_by(k, a, b) or is_held_by(k, b, a)):
         return NEVER
     if PASSINGS and not (PERIODIC or ACCELERATIONS) and passes(k, a, b):
@@ -129,9 +129,9 @@ def meeting(k: Kernel, a: int, b: int) -> int:
 
 @template
 def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> tuple[int, int, int]:
-    """Returns the first contact, the second, and the partner of the first, of ``k.near[:count]``, exactly.
+    """Returns the ticks of the first two exact contacts with ``k.near[:count]``, and the first's partner.
 
-    ``barred`` and ``known`` are left out. Of contacts at one tick the first is that of the smaller numbers.
+    ``barred`` and ``known`` are left out. At equal ticks the pair with the smaller numbers is first.
     """
     first = NEVER
     second = NEVER
@@ -144,7 +144,7 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
             tick = meeting(k, older, h + other - older)
             sooner = tick < first
             if tick == first and tick != NEVER:
-                sooner = elder(k, other, who) == other  # of two pairs with h, that of the elder comes first
+                sooner = elder(k, other, who) == other  # of two pairs with h, the elder's comes first
             if sooner:
                 await_through(k, h)
                 second = first
@@ -157,9 +157,9 @@ def soonest_exactly(k: Kernel, h: int, count: int, barred: int, known: int) -> t
 
 @template
 def ask_all_exactly(k: Kernel, s: Any, h: int, known: int, tick: int, at: int) -> None:
-    """Computes the contacts with all that is near a body exactly: bounds could not tell which is first. That
-    with ``known`` is at a tick. Where bodies are accelerated differently it may have been a guess of two that
-    have just met, at once: one more look at the bounds of the others mostly tells."""
+    """Computes all contacts of a body exactly, because bounds did not decide which is first. The contact with
+    ``known`` is at ``tick``. With different accelerations this may have been an immediate guess for two
+    bodies that have just met: then a second look at the bounds of the others mostly decides."""
     count = near(k, s, h)
     if PASSINGS and not PERIODIC:
         count = leaves_out(k, h, count)

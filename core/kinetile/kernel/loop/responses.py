@@ -1,16 +1,16 @@
-"""Responses: what happens where two bodies meet, or a body and a wall, and which pairs pass.
+"""Responses: the result of a contact of two bodies, or of a body and a wall, and the pairs that pass.
 
 The table ``k.rules`` has a row for each two kinds and for each kind and a wall. Its response is
-``IS_ELASTIC`` (what the narrow phase does), ``IS_PASS`` (nothing changes), or one of the hooks that are
-composed into the loop. A loop for a scene without rules has none of this in it.
+``IS_ELASTIC`` (the narrow phase's own), ``IS_PASS`` (nothing changes), or one of the hooks that are composed
+into the loop. A loop for a scene without rules contains none of this.
 
-A *passing* is a pair that goes through each other, from the tick in which they touch to that in which they
-part, or one of them goes; where an axis is periodic, through one image, and several may last at a time.
-Neither changes a plan, and a passing lasts for a tick at least: so a contact of two that pass, if it lies in
-the past, has begun and ended, and is not still to come (``predictions.meeting``). A pair that has begun is in
-the list of both its bodies (``k.passings``) with the tick at which it parts, which is computed exactly, and
-again whenever one of the two plans changes. The parting awaits the elder of the two: its *leave* is the first
-of those ticks. For a pair that is passing no contact is computed, but through other images.
+A *passing* is a pair that goes through each other, from the tick at which they touch to the tick at which
+they part, or one of them is removed. Where an axis is periodic, it goes through one image, and several may
+last at a time. Neither event changes a plan, and a passing lasts for a tick at least: so a contact of two
+that pass, if it lies in the past, has begun and ended, and does not lie ahead (``predictions.meeting``). A
+pair that has begun is in the list of both its bodies (``k.passings``) with its exact tick of parting, which
+is recomputed whenever one of the two plans changes. The elder of the two awaits the parting: its *leave* is
+the first of those ticks. For a passing pair no contact is computed, except through other images.
 """
 
 import math
@@ -38,18 +38,18 @@ from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, with
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
-"""By how much a body may reach into another, of the sum of their radii, or into a wall, of its own: as in a
-scene (``scene.checks.TOLERANCE``)."""
+"""The overlap allowed between two bodies, over the sum of their radii, or with a wall, over the radius: as in
+a scene (``scene.checks.TOLERANCE``)."""
 
 LASTING = 2.0**38
-"""Ticks that the flight after a contact lasts at the least, where what meets is pressed together by its
-accelerations and the response has no time of its own: 2^-14 units (rule 11h)."""
+"""The least ticks of flight after a contact of two that their accelerations press together, if the response
+has no time of its own: 2^-14 units (rule 11h)."""
 
 ROUNDED = 2.0**-44
-"""Of the velocities of two bodies: closing in by less of it can be a rounding (rule 11h)."""
+"""The part of two bodies' velocities that rounding may leave as closing speed (rule 11h)."""
 
 MOST_RESPONSES = 4
-"""Hooks of responses that there can be in a loop."""
+"""The most hooks of responses in a loop."""
 
 respond_1 = respond_2 = respond_3 = respond_4 = to_be_filled_in
 collide = touch = bounce = touch_wall = part = gap = ledge = to_be_filled_in
@@ -57,7 +57,7 @@ collide = touch = bounce = touch_wall = part = gap = ledge = to_be_filled_in
 
 @template
 def have_passed(k: Kernel, a: int, b: int) -> bool:
-    """Whether two bodies overlap where their plans begin, and that is past: the contact was before."""
+    """Returns True if two bodies overlap where their plans begin, in the past: the contact was before."""
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
     one = k.bodies[early]
     two = k.bodies[a + b - early]
@@ -74,16 +74,16 @@ def have_passed(k: Kernel, a: int, b: int) -> bool:
 
 @template
 def shapes_overlap(k: Kernel, form: int, other: int, dx: float, dy: float, reach: float) -> bool:
-    """Whether two shapes overlap, by more than rounding explains, if the other is (dx, dy) away; ``reach`` is
-    the sum of the radii of the circles around them."""
-    if dx * dx + dy * dy >= reach * reach:  # these circles are apart, and ROOM is wider than rounding
+    """Returns True if two shapes overlap, by more than rounding explains, if the other is (dx, dy) away;
+    ``reach`` is the sum of the radii of the circles around them."""
+    if dx * dx + dy * dy >= reach * reach:  # the circles do not meet, and ROOM is wider than rounding
         return False
     return bool(gap(k, form, other, dx, dy) < -(ROOM * reach))
 
 
 @template
 def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
-    """Whether two bodies that pass, ``a`` the elder, overlap if they are so far apart (rules 11 and 11s)."""
+    """Returns True if two bodies that pass, ``a`` the elder, overlap at this distance (rules 11 and 11s)."""
     one = k.bodies[a]
     two = k.bodies[b]
     reach = one.radius + two.radius
@@ -96,8 +96,8 @@ def _reach_into(k: Kernel, a: int, b: int, dx: float, dy: float) -> bool:
 
 @hook
 def leaves_out(k: Kernel, body: int, count: int) -> int:
-    """Removes from ``k.near[:count]`` the bodies that a body is passing through; returns how many stay. Not
-    where an axis is periodic: they may meet through other images."""
+    """Removes from ``k.near[:count]`` the bodies that a body is passing through; returns the number that
+    stay. Not for periodic axes: there they may meet through other images."""
     if k.traits[body].inside == 0:
         return count
     kept = 0
@@ -111,15 +111,15 @@ def leaves_out(k: Kernel, body: int, count: int) -> int:
 
 @template
 def _energy(k: Kernel, body: int) -> float:
-    """Returns the kinetic energy in the room of a body that has been anchored; 0 for one of infinite mass."""
+    """Returns the kinetic energy, in the room, of an anchored body; 0 for one of infinite mass."""
     mass = k.mass[body]
     return 0.5 * mass * square_of_speed(k.bodies[body]) if mass < math.inf else 0.0
 
 
 @template
 def _note(k: Kernel, body: int, other: int, tick: int) -> None:
-    """Notes that a body has met another, or a wall, for an immovable one only where the other is immovable
-    (rule 11), and whether it is too fast for its reach now."""
+    """Notes a body's contact, and whether the body is now too fast for its reach. An immovable body notes
+    only walls and immovable bodies (rule 11)."""
     if RULES and (other < 0 or k.mass[body] < math.inf or k.mass[other] == math.inf):
         k.traits[body].touched = tick
     plan = k.bodies[body]
@@ -130,8 +130,8 @@ def _note(k: Kernel, body: int, other: int, tick: int) -> None:
 @only_with(RESTING)
 @template
 def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
-    """Finds out whether one of two bodies that meet, or a body at a wall, may settle on the other (rule 9r),
-    and when it would leave that alone."""
+    """Decides whether one of two bodies that meet, or a body at a wall, may settle on the other (rule 9r),
+    and when it would leave that support alone."""
     body = a
     support = b
     mx = -nx
@@ -189,13 +189,12 @@ def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> 
 @only_with(ACCELERATIONS)
 @template
 def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
-    """Has two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they meet
-    again after about the rule's own time, or the default, at the least (rule 11h).
+    """Makes two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they
+    meet again after about the rule's own time, or the default, at the least (rule 11h).
 
-    Without it what is pressed on something curved, or something that moves, comes back after ever shorter
-    flights, and at last without any: the run would end as if it was jammed. So would it where two close in
-    by a rounding that no exchange can turn round, as a disc between a floor and one that rolls over it: two
-    part by that much at the least.
+    Without this, a body pressed on a curved or moving one comes back after ever shorter flights, and at last
+    after no flight: the run would end as if it was jammed. So it would if two close in by a rounding that no
+    exchange can reverse, as a disc between a floor and a body that rolls over it: two part by at least that.
     """
     one = k.bodies[a]
     if RESTING:
@@ -229,14 +228,14 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 
 @template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
-    """Answers a contact of two bodies, both anchored at it, by their rule; returns how deep they overlap."""
+    """Answers a contact of two bodies, both anchored at it, by their rule; returns their overlap."""
     before = _energy(k, a) + _energy(k, b)
     elastic = True
     if RULES:
         rule = k.rules[rule_of(k, a, b)]
         elastic = RESPONSES == 0 or rule.response == IS_ELASTIC
     nx = ny = depth = 0.0
-    if UNEQUAL or not elastic:  # no ``touch`` is needed for elastic contacts of bodies that fall alike
+    if UNEQUAL or not elastic:  # elastic contacts of bodies that fall alike need no ``touch``
         nx, ny, depth = touch(k, a, b)
     if elastic:
         depth = collide(k, a, b)
@@ -246,7 +245,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
         _respond(k, a, b, nx, ny, rule)
     if UNEQUAL and depth == depth:
         separate(k, a, b, nx, ny)
-    if depth == depth:  # else there is no answer, and the loop ends with both as they were
+    if depth == depth:  # else there is no answer: the loop ends with both unchanged
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
         _note(k, a, b, tick)
         _note(k, b, a, tick)
@@ -255,7 +254,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
 
 @template
 def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
-    """Answers a contact of a body, anchored at it, and a wall by its rule; returns how deep it is in it."""
+    """Answers a contact of a body, anchored at it, and a wall by its rule; returns the overlap."""
     before = _energy(k, a)
     elastic = True
     if RULES:
@@ -277,13 +276,13 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
 
 @hook
 def crowded(k: Kernel, pairs: int) -> bool:
-    """Whether there is no room for ``pairs`` pairs more."""
+    """Returns True if there is no room for ``pairs`` more pairs."""
     return bool(len(k.passings) - k.clock[0].lists.passings < pairs)
 
 
 @template
 def _parts(k: Kernel, record: Records) -> int:
-    """Returns when a pair parts: a tick after it has begun, at least."""
+    """Returns the tick of a pair's parting: at least a tick after its begin."""
     if PERIODIC:
         torus = k.clock[0].torus
         torus.m = record.m
@@ -317,7 +316,7 @@ def begin_passing(k: Kernel, a: int, b: int, tick: int, m: int, n: int) -> None:
 
 @hook
 def find_leave(k: Kernel, body: int) -> int:
-    """Returns the first pair to part among those of which a body is the elder, or -1; note its tick."""
+    """Returns the first pair to part among those with a body as the elder, or -1; notes its tick."""
     table = k.passings
     found = -1
     k.traits[body].leave = NEVER
@@ -357,7 +356,7 @@ def end_passing(k: Kernel, pair: int, tick: int) -> None:
 @only_with(PASSINGS)
 @template
 def plan_partings(k: Kernel, body: int) -> None:
-    """Computes again when a body with a new plan parts from those that it is passing through."""
+    """Recomputes the ticks of a body's partings, with a new plan, from those that it is passing through."""
     pair = k.passers[body]
     while pair >= 0:
         record = k.passings[pair]
@@ -371,8 +370,9 @@ def plan_partings(k: Kernel, body: int) -> None:
 
 @template
 def overlap_through(k: Kernel, a: int, b: int, tick: int, right: int, up: int) -> tuple[bool, int, int]:
-    """Whether two bodies, ``a`` the elder, overlap at a tick, so that a passing begins at the start or with
-    a new body: by their places as if anchored there, the second some periods away. And which image it is."""
+    """Returns True if a passing of two bodies, ``a`` the elder, begins at the start or with a new body,
+    because they overlap at a tick, by their places as if anchored there, the second some periods away; and
+    the image."""
     x, y = position_at(k, k.bodies[a], tick)
     x2, y2 = position_at(k, k.bodies[b], tick)
     if not PERIODIC:
@@ -391,7 +391,7 @@ def overlap_through(k: Kernel, a: int, b: int, tick: int, right: int, up: int) -
 
 @template
 def periods_around(k: Kernel) -> tuple[int, int]:
-    """Returns how many periods away, along x and y, a body is to be seen."""
+    """Returns the numbers of periods, along x and y, to the images of a body to be tested."""
     if PERIODIC:
         return 1 if k.clock[0].torus.x > 0.0 else 0, 1 if k.clock[0].torus.y > 0.0 else 0
     return 0, 0
@@ -399,7 +399,7 @@ def periods_around(k: Kernel) -> tuple[int, int]:
 
 @template
 def overlap_now(k: Kernel, one: int, two: int, tick: int) -> bool:
-    """Whether a passing of two bodies begins if one of them is new at a tick, or the tick is the start."""
+    """Returns True if a passing of two bodies begins at a tick with a new body, or at the start."""
     a = elder(k, one, two)
     if not passes(k, one, two):
         return False
@@ -414,8 +414,8 @@ def overlap_now(k: Kernel, one: int, two: int, tick: int) -> bool:
 
 @template
 def begin_overlap(k: Kernel, a: int, b: int, tick: int) -> None:
-    """Begins the passings of two bodies that pass, ``a`` the elder, through each image through which they
-    overlap at a tick. The order cannot be observed."""
+    """Begins the passings of two bodies that pass, ``a`` the elder, through each image with an overlap at a
+    tick. Their order cannot be observed."""
     across, upwards = periods_around(k)
     for right in range(-across, across + 1):
         for up in range(-upwards, upwards + 1):
@@ -427,7 +427,7 @@ def begin_overlap(k: Kernel, a: int, b: int, tick: int) -> None:
 @only_with(PASSINGS)
 @template
 def begin_with_all(k: Kernel, body: int, tick: int) -> None:
-    """Begins the passings of a new body with all that it overlaps and passes, the eldest first."""
+    """Begins the passings of a new body with all bodies that it overlaps and passes, the eldest first."""
     before = -1
     while True:
         next_one = -1

@@ -1,13 +1,13 @@
-"""Eight numbers at once: what a hook may do with the vectors of the processor.
+"""Eight numbers at once: the processor's vectors, for hooks.
 
-Where the same arithmetic is done for many bodies, eight at a time are three times as fast. Numba has no
-vectors, so here are some: ``Floats`` (8 doubles), ``Wholes`` (8 32-bit integers), ``Ticks`` (8 64-bit
+The same arithmetic for many bodies is three times as fast if done for eight at a time. Numba has no vectors,
+so this package has some: ``Floats`` (8 doubles), ``Wholes`` (8 32-bit integers), ``Ticks`` (8 64-bit
 integers) and ``Truths`` (8 truth values), with the operators ``+ - * /``, ``< > <= >= ==``, ``& |`` and
 ``>>`` as far as they make sense, and the functions below. They are portable LLVM vectors: a machine with
-shorter ones takes two or four steps, and gives the same bits, since each lane is IEEE arithmetic and nothing
-is fused.
+shorter vectors takes two or four steps, and gives the same bits, since each lane is IEEE arithmetic and
+nothing is fused.
 
-Called from Python, the same names are NumPy arrays of eight, and that is their meaning: each function is
+Called from Python, the same names are NumPy arrays of eight, which define their meaning: each function is
 written twice, here and in ``intrinsics``, and a test compares the two.
 """
 
@@ -51,8 +51,8 @@ def fill(table: Any, first: int, value: int) -> None:
 
 
 def numbered(value: Floats, first: int) -> Floats:
-    """Returns numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each is less
-    than it was, by less than 2^-45 of it."""
+    """Returns numbers >= 2^-1000 with first, first + 1, ... (0 to 63) in their last six bits: each becomes
+    less, by less than 2^-45 of it."""
     places = np.arange(first, first + LANES)
     return ((np.ascontiguousarray(value).view(np.int64) & -64) + (places - 64)).view(np.float64)
 
@@ -63,42 +63,42 @@ def number_in(value: float) -> int:
 
 
 def root(value: Floats) -> Floats:
-    """Returns the square roots, correctly rounded; of a negative number, not a number."""
+    """Returns the square roots, correctly rounded; NaN for a negative number."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(value)
 
 
 def choose(where: Truths, yes: Any, no: Any) -> Any:
-    """Returns ``yes`` in the lanes where it is true, else ``no``."""
+    """Returns ``yes`` in the lanes where ``where`` is true, else ``no``."""
     return np.where(where, yes, no)
 
 
 def lane(value: Any, which: int) -> Any:
-    """Returns one of the eight."""
+    """Returns one of the eight lanes."""
     return value[which]
 
 
 def turned(value: Any, by: int) -> Any:
-    """Returns the lanes turned round: lane i is what was lane i xor ``by`` (1, 2 or 4)."""
+    """Returns the lanes rotated: lane i has the value of lane i xor ``by`` (1, 2 or 4)."""
     return value[np.arange(LANES) ^ by]
 
 
 def followed(value: Any) -> Any:
-    """Returns the lanes moved by one: lane i is what was lane i + 1, and the last what was the first."""
+    """Returns the lanes moved by one: lane i has the value of lane i + 1, and the last the first's."""
     return np.roll(value, -1)
 
 
 def append(source: Any, first: int, target: Any, end: int) -> int:
     """Copies eight numbers, ``source[first:first + 8]``, to ``target[end:end + 8]``; returns the last.
 
-    Both are arrays of int32. One load and one store; so seven numbers may be copied, and how many count.
+    Both are arrays of int32. One load and one store; so seven numbers may be copied that do not count.
     """
     target[end : end + LANES] = source[first : first + LANES]
     return int(source[first + LANES - 1])
 
 
 def prefetch(table: Any, row: int) -> None:
-    """Asks the memory for the cache line in which a row of a table begins, and go on without waiting."""
+    """Prefetches the cache line of a table's row, without waiting."""
 
 
 def product_error(a: float, b: float, product: float) -> float:
@@ -109,10 +109,10 @@ def product_error(a: float, b: float, product: float) -> float:
         return -product if math.isfinite(a) and math.isfinite(b) else math.nan
     if a == 0.0 or b == 0.0:
         return 0.0
-    if max(abs(a), abs(b)) < 2.0**900 and abs(product) > 2.0**-900:  # no part of what follows is rounded
+    if max(abs(a), abs(b)) < 2.0**900 and abs(product) > 2.0**-900:  # nothing below is rounded
         (a, a_low), (b, b_low) = _halves(a), _halves(b)
         rest = ((product - a * b) - a_low * b) - a * b_low
-        return a_low * b_low - rest + 0.0  # a fused operation has no zero with a minus here
+        return a_low * b_low - rest + 0.0  # a fused operation never returns -0.0 here
     return float(Fraction(a) * Fraction(b) - Fraction(product))
 
 
@@ -124,7 +124,7 @@ def _halves(value: float) -> tuple[float, float]:
 
 
 def lowest_bit(word: int) -> int:
-    """Returns the place of the lowest bit that is set in a word of 64; the word is not zero."""
+    """Returns the place of the lowest set bit in a word of 64; the word is not zero."""
     word = int(word)
     return (word & -word).bit_length() - 1
 
@@ -149,15 +149,15 @@ def flights(
 
 
 def places(table: Any, names: Any, first: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Returns the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: x, y,
-    vx, vy of one of places."""
+    """Returns the four columns of the rows ``names[first:first + 8]`` of a table of four doubles a row: for a
+    table of places x, y, vx, vy."""
     rows = table[names[first : first + LANES]]
     x, y, vx, vy = (np.array(rows[name]) for name in table.dtype.names)
     return x, y, vx, vy
 
 
 def put_place(table: Any, number: int, x: float, y: float, vx: float, vy: float) -> None:
-    """Writes a row of a table of places in one piece, so that a load of it need not wait for the parts."""
+    """Writes a row of a table of places in one piece, so that a later load need not wait for parts."""
     table[number] = (x, y, vx, vy)
 
 
@@ -177,12 +177,12 @@ def floor(value: Floats) -> Ticks:
 
 
 def bits(value: Truths) -> int:
-    """Returns a word with the bit of each lane set in which it is true."""
+    """Returns a word with the bit of each true lane set."""
     return sum(1 << i for i in range(LANES) if value[i])
 
 
 def some(value: Truths) -> bool:
-    """Whether it is true in any lane."""
+    """Returns True if any lane is true."""
     return bool(value.any())
 
 

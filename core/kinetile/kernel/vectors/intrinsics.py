@@ -1,8 +1,8 @@
 """The functions of ``vectors`` as Numba intrinsics: portable LLVM vectors of eight, held in registers.
 
-The package has the meaning of each, and says what it does; here is its code, in a table or under its
-name with an underscore. Rows of a table are loaded and stored in one piece: a load that covers several
-smaller stores has to wait until all of them are done.
+The package documents each function; its code is here, in a table or under its name with an underscore. Rows
+of a table are loaded and stored in one piece: a load that covers several smaller stores has to wait until all
+of them are done.
 """
 
 import operator
@@ -102,14 +102,14 @@ class _Call(NamedTuple):
     signature: Any
 
     def data(self, which: int, array: Any, element: Any) -> Any:
-        """Returns where the data of an array, the argument of this number, begins: a pointer to elements."""
+        """Returns a pointer to the elements of an array, the argument of this number."""
         made = self.context.make_array(self.signature.args[which])
         data = made(self.context, self.builder, value=array).data
         return self.builder.bitcast(data, element.as_pointer())
 
     def named(self, which: int, array: Any, first: Any) -> Iterator[Any]:
-        """Yield eight numbers of an array, as words: read one by one, as they may have been stored, so that
-        no load has to wait for several stores; and each when it is used, for there are not many registers."""
+        """Yields eight numbers of an array, as words: read one by one, as they may have been stored, so that
+        no load has to wait for several stores; and each at its use, because registers are few."""
         builder = self.builder
         at = builder.gep(self.data(which, array, _WHOLE), [first])
         for i in range(LANES):
@@ -125,7 +125,7 @@ COMPILED: dict[str, Any] = {}
 
 
 def _compiled(typed: Any, name: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Mark the code of a function; ``typed`` is its signature, or returns it for types of arguments. Code
+    """Marks the code of a function; ``typed`` is its signature, or returns it for types of arguments. Code
     with a ``name`` gets the builder alone."""
 
     def decorated(code: Callable[..., Any]) -> Callable[..., Any]:
@@ -143,7 +143,7 @@ def _compiled(typed: Any, name: str = "") -> Callable[[Callable[..., Any]], Call
 
 
 def _eights(builder: Any, name: str, value: Any) -> Any:
-    """Returns what a function of LLVM does to eight doubles."""
+    """Returns the result of an LLVM function for eight doubles."""
     kind = ir.FunctionType(_floats.vector, [_floats.vector])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v8f64"), [value])
 
@@ -181,7 +181,7 @@ _SHORT: dict[str, tuple[Any, Callable[..., Any]]] = {
     "lowest_bit": (types.int64(types.int64), lambda b, word: b.cttz(word, ir.Constant(_BIT, 1))),
     "bits": (types.int64(_truths), lambda b, value: b.zext(b.bitcast(value, ir.IntType(LANES)), _WORD)),
 }
-"""Signature and code, by name, of those that need the builder alone."""
+"""Signature and code, by name, of functions that need the builder alone."""
 
 for _name, (_typed, _code) in _SHORT.items():
     _compiled(_typed, _name)(_code)
