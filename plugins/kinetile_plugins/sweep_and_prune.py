@@ -32,12 +32,11 @@ further from 0 than a coordinate is, and has a few more roundings, from projecti
 ``WIDER`` moves each bound out by as much. Along a slanted line a shape counts as its circle.
 
 **Periodic axes.** The images of all bounds lie on an endless line and repeat after a period. The list of an
-axis holds one image of each bound, together one period of the line. Behind the last bound of the list is the
-first one, a period further right, and this gap is watched like any other. When it closes, the two bounds are
-exchanged: from then on the list holds an image of one that is a period further left, and of the other an
-image that is a period further right. So a border is not an event. Places count on that line, ``TURN`` to a
-period. A bound's stored place is for the image at the body's unwrapped place, whole turns from its place in
-the list::
+axis holds one image of each bound, together one period of the line. Behind its last bound is the first one, a
+period further right, and this gap is watched like any other. When it closes, the two bounds are exchanged:
+from then on the list holds an image of one that is a period further left, and of the other an image that is a
+period further right. So borders are no events. Places count along this line, ``TURN`` to a period. A bound's
+stored place is for the image at the body's unwrapped place, whole turns from its place in the list::
 
     place of a bound = slot in the list + TURN * periods from the bound in the list to the unwrapped one
 
@@ -122,7 +121,7 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sorts the bounds of each axis as they are now, and will be a moment later."""
+    """Sorts the bounds of each axis by their positions now; ties by their positions a moment later."""
     place, clock, first = positions_now(k), k.clock[0], int(s.span[0])
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)

@@ -8,7 +8,8 @@ there are levels, as in the hierarchical grids of computer graphics; ``layout.py
 The cost: n certificates, one a body; O(1) for a failure; the candidates are the bodies in nine cells: O(1)
 for bodies of one size spread evenly, and at worst all bodies.
 
-Why the candidate pairs are complete ====================================
+Why the candidate pairs are complete
+====================================
 
 The cell of a body depends on history, its crossings; rounded coordinates are used once, when the structure is
 built. So the proof must show that a body is never far outside its cell. As in docs/one-answer.md, let X bound
@@ -35,13 +36,12 @@ from x at its anchor.
 
 Crossings do not repeat without end: a body that crosses an edge flies away from it, a whole cell ahead.
 
-So bodies in cells that are not adjacent do not touch. On one axis a whole cell is between them; the distance
+So bodies in cells that are not adjacent do not touch. On one axis a whole cell is between them. The distance
 of its edges is S, up to 2 u X, and each body is outside its own cell by less than the slack and eta. Cells
-have S - 2 slack = 2 (r + 2 delta), up to 2 u X. Here r is the largest radius for which the cells were
-prepared, including bodies inserted later (else the kernel prepares again; r of the present bodies alone would
-be too small). The reach of a body is its radius and delta. So the gap between the reaches of the two bodies
-is at least 2 delta - 2 eta - 4 u X > 0. Hence two touching bodies are near each other, as the contract
-demands.
+have S - 2 slack = 2 (r + 2 delta), up to 2 u X. Here r is the largest radius that the cells were prepared
+for, including bodies inserted later (else the kernel prepares again; the present bodies alone would make r
+too small). The reach of a body is its radius and delta. So the gap between two reaches is at least 2 delta -
+2 eta - 4 u X > 0. Hence two touching bodies are near each other, as the contract says.
 
 With shapes r is the farthest reach of any body to any of its four sides, not the radius of the circle around
 it: for a square, .71 of that radius. The proof is the same, along the axis on which the cells are not

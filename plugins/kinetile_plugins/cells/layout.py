@@ -13,7 +13,8 @@ linked through the bodies. A counter holds the number of cells of a level with a
 and then no list is read. The width of a body is twice its farthest reach to a side. A cell is wider than
 necessary by twice its ``slack``.
 
-Why the table loses no pair ===========================
+Why the table loses no pair
+===========================
 
 Let N be the number of places of a level, and C its columns. N is a multiple of C, and both N / C and C are at
 least 3. Let p(x, y) = (x + C y) mod N.
