@@ -19,9 +19,9 @@ delta = 4 (n + 4) 16 u X + 4 V q, more than 2 eta.
 The edges do not move. Edge number e of cells of side S is the double e S, rounded once. A body leaves its
 cell at this edge plus or minus the slack, rounded once more. These doubles define the edges.
 
-At any tick whose structural events have run, a body is outside its cell by at most the slack and 7 u X + V q,
-which is less than eta. Consider one axis, and an edge at E, the slack added. A body flies to it at speed v,
-from x at its anchor.
+At any tick whose structural events have run, a body is outside its cell by at most the slack plus 7 u X + V
+q, where 7 u X + V q < eta. Consider one axis, and an edge at E, the slack added. A body flies to it at speed
+v, from x at its anchor.
 
 - The time of crossing is (E - x) / v, with two roundings, so v times this time is wrong by at most
   2 u |E - x| <= 4 u X. It is converted to ticks, exactly, and rounded down. So at the crossing the body is at
