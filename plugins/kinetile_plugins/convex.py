@@ -1,9 +1,9 @@
 """The narrow phase of convex bodies: discs, capsules, boxes, polygons, rounded or not, and obstacles.
 
 Bodies do not rotate. The tick of a contact is exact (``kinetile.kernel.certificates.shapes``;
-docs/specification.md, rule 5s); a table that is made once has the difference of each two shapes. At a contact
-rule 9s applies: two bodies exchange momentum across the face of the difference, or along the line from a
-corner. Lower bounds use the same differences, fattened by more than all rounding.
+docs/specification.md, rule 5s), by a table of the differences of shapes. At a contact (rule 9s) two bodies
+exchange momentum across the face of the difference, or along the line from a corner. Lower bounds use the
+same differences, fattened by more than all rounding.
 
 Why the bounds of boxes are early
 =================================
@@ -11,10 +11,10 @@ Why the bounds of boxes are early
 *Boxes* (``soonest``), for each partner. Along an axis a place d is within a reach, half of both widths and
 the radii and fat, from -d/v - reach/|v| until -d/v + reach/|v|. These times are wrong by the flight over less
 than 28 u L, with the 24 u L of d, and fat is 64. So the computed entry is before the exact entry, and the
-computed exit after the exact exit. The later entry of both axes is a bound; if it is after an exit, there is
-no contact. A disc may then be beside a corner of the box: it touches nothing before it touches the corner,
-with fat, or is no longer beside it. That is computed up to 30 u L too late, and so near its border the
-fattened disc of the corner reaches further than the face does.
+computed exit after the exact exit. The later entry is a bound, or there is no contact if it is after an exit.
+A disc may then be beside a corner of the box: it touches nothing before it touches the corner, with fat, or
+is no longer beside it. The end is computed up to 30 u L late; so near its border the fattened disc of the
+corner reaches further than the face does.
 
 A body's shape is inside the circle of its ``reach``, so every broad phase that is complete for discs of that
 radius is complete for shapes. The shape is also inside the upright box of its reaches to the four sides, so a
@@ -144,8 +144,7 @@ def until_corner(
     f: Numbers, row: int, face: int, x: float, y: float, vx: float, vy: float, fat: float
 ) -> float:
     """Returns a lower bound of the time until a place on the line of a face, moved out by R, enters a
-    fattened difference: 0, unless it is beyond an end of that face; then the time until it reaches that
-    corner.
+    fattened difference: 0, unless it is beyond an end of that face; else the time until that corner.
 
     It must also be clearly within the line of the next face there: if two faces are in one line, or almost,
     rounding decides which of them is crossed last, and the place may be in front of the other.
@@ -261,9 +260,8 @@ def boxes_overlap(
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Returns the beginning and the end of the overlaps of a body's upright box with the boxes of eight
-    others, or of their nearest images, from a place in ``k.near`` on; and separations and velocities along x
-    and y."""
+    """Returns the times from which and until which the upright boxes of a body and eight others, or of their
+    nearest images, overlap, from a place in ``k.near`` on; and separations and velocities along x and y."""
     dx, dy, vx, vy = motions(k, body, start, at)
     if periodic:
         dx, dy = nearest_image(k, dx, dy)
@@ -466,8 +464,7 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
 @unchecked
 @hook
 def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
-    """Returns the tick at which a body leaves its support (rule 8r); without a face, one before its
-    anchor."""
+    """Returns the tick at which a body leaves its support (rule 8r), or its anchor less 1 without a face."""
     plan = k.bodies[body]
     other = k.bodies[support]
     sense = 1.0 if k.queue[support].number < k.queue[body].number else -1.0

@@ -1,6 +1,4 @@
-"""Lower bounds of contacts for eight partners at once, and the selection of the two least of many.
-
-Narrow phases share these hooks.
+"""Lower bounds of contacts for eight partners at once, and the two least of many; narrow phases share them.
 
 Why a numbered delay is a bound
 ===============================
