@@ -10,11 +10,11 @@ Why the bounds of boxes are early
 
 *Boxes* (``soonest``), for each partner. Along an axis a place d is within a reach, half of both widths and
 the radii and fat, from -d/v - reach/|v| until -d/v + reach/|v|. These times are wrong by the flight over less
-than 28 u L, with the 24 u L of d, and fat is 64. So the computed entry is before the exact entry, and the
-computed exit after the exact exit. The later entry is a bound, or there is no contact if it is after an exit.
-A disc may then be beside a corner of the box: it touches nothing before it touches the corner, with fat, or
-is no longer beside it. The end is computed up to 30 u L late; so near its border the fattened disc of the
-corner reaches further than the face does.
+than 28 u L, with the 24 u L of d, and fat is 64. So the entry is computed early and the exit late. The later
+entry is a bound, or there is no contact if it is after an exit. A disc may then be beside a corner of the
+box: it touches nothing before it touches the corner, with fat, or is no longer beside it. This time is
+computed up to 30 u L too late, and so near its border the fattened disc of the corner reaches further than
+the face does.
 
 A body's shape is inside the circle of its ``reach``, so every broad phase that is complete for discs of that
 radius is complete for shapes. The shape is also inside the upright box of its reaches to the four sides, so a
