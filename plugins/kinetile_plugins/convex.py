@@ -216,8 +216,7 @@ def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 @hook
 def until_others(k: Kernel, body: int, other: int, vx: float, vy: float, fat: float) -> float:
-    """Returns a lower bound of the first contact through another image than the nearest, at a relative
-    velocity: its distance along an axis is half a period."""
+    """Returns a lower bound of a contact through another image than the nearest, half a period away."""
     torus = k.clock[0].torus
     reach = k.radii[body] + k.radii[other] + 2.0 * fat
     along = (torus.half_x - reach) / larger(abs(vx), SLOWEST)
