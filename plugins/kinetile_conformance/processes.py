@@ -74,8 +74,8 @@ def _ending(code: int | None, words: str) -> str:
 
 
 class Program:
-    """A running program; ``read`` reads one message from a stream, false at its end. Its own child processes may
-    outlive it and hold the pipes, so threads read and write, and its process group ends with it."""
+    """A running program; ``read`` reads one message from a stream, false at its end. Its own child processes
+    may outlive it and hold the pipes, so threads read and write, and its process group ends with it."""
 
     def __init__(self, words: Sequence[str], read: Callable[[BinaryIO], Any], **how: Any) -> None:
         how |= {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "start_new_session": True}

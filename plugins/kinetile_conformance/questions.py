@@ -247,14 +247,14 @@ def _contact(row: Row) -> str:
 
 
 def _near(scene: Scene, within: float, one: float, other: float) -> bool:
-    """Returns True if two times are within a distance, in units of the time from the start, or of 1."""
+    """Returns True if two times are within a distance, in units of the time since the start, or the unit."""
     return abs(one - other) <= within * max(abs(one - scene.start), abs(other - scene.start), scene.time_unit)
 
 
 def parting(
     found: Sequence[Row], right: Sequence[Row], near: Callable[[float, float], bool], end: float
 ) -> tuple[float, str] | None:
-    """Returns the time of the first difference of contacts [time, a, b] from the right ones before an ``end``,
+    """Returns the time of the first difference of contacts [time, a, b] from the right ones before ``end``,
     and its kind, or None. The order of near contacts is free; the k-th of each two bodies are compared."""
     latest = -math.inf
     for at, row in enumerate(found):
@@ -419,8 +419,8 @@ def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
 
 
 class Casts(Question):
-    """The contact time of two bodies that fly from time 0 to an end, or None: right within the distance of the
-    times for radii smaller, or larger, by the distance: a graze may be early, late or absent."""
+    """The contact time of two bodies that fly from time 0 to an end, or None: right within the distance of
+    the times for radii smaller, or larger, by the distance: a graze may be early, late or absent."""
 
     told = "{:,} of {:,} meet"
 
