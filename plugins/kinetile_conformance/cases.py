@@ -4,7 +4,7 @@ first line, a comment, names the check and the phases, in JSON.
 A phase that changes a count, or a body's ``last``, can leave contacts and places correct, and do harm in
 another scene. So an outcome also has all tables of the kernel that are a function of the scene alone: not
 counts of candidate checks and structural events, the calendar, the pair set. Without walls the skin depends
-on the time at which a pair set grows: there each body's reach is only compared with its radius plus skin.
+on the time of a pair set's growth: there each body's reach is only compared with its radius plus skin.
 """
 
 import contextlib
@@ -213,7 +213,7 @@ class RunOutcome(Outcome):
 
 
 def horizon(scene: Scene) -> float:
-    """Returns the time at which a case ends."""
+    """Returns the end time of a case."""
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
 
 

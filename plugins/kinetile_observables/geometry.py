@@ -24,8 +24,8 @@ def displacement(scene: Scene, apart: Floats) -> Floats:
 
 
 def narrowest(scene: Scene) -> Floats:
-    """Returns the width of the narrowest body and the height of the lowest: the amounts by which the range of
-    bodies' middles is less than the arena's sides; infinite without bodies."""
+    """Returns the width of the narrowest body and the height of the lowest: the differences of the arena's
+    sides from the range of bodies' middles; infinite without bodies."""
     if not scene.shapes:
         return np.full(2, 2.0 * float(scene.radius.min(initial=np.inf)))
     reaches = np.array([scene.shapes[each].reaches for each in scene.shape.tolist()])

@@ -206,7 +206,7 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
 
 @hook
 def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Returns the times from which and until which coordinates with speeds v have grown by low to high."""
+    """Returns the times at the beginning and the end of a growth from low to high of coordinates at speeds v."""
     zero = spread(0.0)
     still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
     one = low / still
@@ -259,8 +259,8 @@ def boxes_overlap(
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Returns the times from which and until which the upright boxes of a body and eight others, or of their
-    nearest images, overlap, from a place in ``k.near`` on; and separations and velocities along x and y."""
+    """Returns the beginning and the end of the overlaps of a body's upright box with eight others, or with
+    their nearest images, from a place in ``k.near`` on; and separations and velocities along x and y."""
     dx, dy, vx, vy = motions(k, body, start, at)
     if periodic:
         dx, dy = nearest_image(k, dx, dy)

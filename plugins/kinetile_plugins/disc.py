@@ -25,12 +25,12 @@ two rows, and v el added, each coordinate of d has at most 16 u L of rounding. S
 L, now and as long as the two fly towards each other. *The quadratic.* d^2, R^2, d.v and v^2 are off by at
 most four roundings of their terms. In gap = d^2 (1 - 2^-46) - (R + fat)^2 and in the discriminant (d.v)^2 -
 v^2 gap this adds up to less than 32 u d^2 of gap, and 2^-46 d^2 is 128 u d^2. So the computed root is, up to
-a factor 1 + 8 u for the last three operations, the exact time at which the distance of rounded places is a
-little more than R + fat / 2. *The contact.* At the exact root the gap is 0, even for the shallowest graze.
-Then the distance of the rounded places is at most R + 24 u L < R + fat / 2, so the fattened discs have
-touched earlier, up to that factor. The factor is at most 8 u 2^62 = 4,096 ticks, since no prediction is
-further than 2^62 ticks. So the bound is not after the root, and its floor is not after the root's floor, the
-tick of ``meet``. If discs touch or overlap at the later anchor, the bound's gap is negative: it is now.
+a factor 1 + 8 u for the last three operations, the exact time when the distance of rounded places is slightly
+more than R + fat / 2. *The contact.* At the exact root the gap is 0, even for the shallowest graze. Then the
+distance of the rounded places is at most R + 24 u L < R + fat / 2, so the fattened discs have touched
+earlier, up to that factor. The factor is at most 8 u 2^62 = 4,096 ticks, since no prediction is further than
+2^62 ticks. So the bound is not after the root, and its floor is not after the root's floor, the tick of
+``meet``. If discs touch or overlap at the later anchor, the bound's gap is negative: it is now.
 
 *Omitted pairs.* A pair is omitted if the discriminant is negative: by the same numbers the distance of its
 discs stays larger than R. It is also omitted if its discs part: d.v > 0 and (d.v)^2 > fat^2 v^2. Then d.v is

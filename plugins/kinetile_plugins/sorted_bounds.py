@@ -4,8 +4,8 @@ The distance from a body's place to its bound is the body's reach to that side (
 circles around bodies would be right as well, but has more pairs, the longer the bodies are.
 
 Between two events the list of an axis has each bound once, and the ranks match the list. No bound is right of
-its neighbour by more than rounding explains, unless a repair is due. Each bound is noted with the tick, by
-the two plans, at which it passes its neighbour, and each body is scheduled for the first tick of its bounds.
+its neighbour by more than rounding explains, unless a repair is due. Each bound is noted with the tick of
+passing its neighbour, by the two plans, and each body is scheduled for the first tick of its bounds.
 The candidate pairs overlap on every axis, and each is held once for every image of the overlap.
 
 A drawn bound is attached to its body, and has the tick of passing the bound right of it. The first of these
@@ -310,7 +310,7 @@ def _edge(lists: Lists, row: int, bound: int) -> At:
 
 
 def _rim(lists: Lists, row: int, bound: int, along: float = 0.0) -> Point:
-    """Returns the point at which a slanted bound touches its body, moved along the bound by some reaches."""
+    """Returns the common point of a slanted bound and its body, moved along the bound by some reaches."""
     x, y = (lists.shares[row] * (lists.away[row, bound] / (lists.shares[row] @ lists.shares[row]))).tolist()
     return At(bound >> 1, x - along * y), At(bound >> 1, y + along * x)
 

@@ -103,7 +103,7 @@ SIXTEEN = (
     *((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5)),
     *((0, 1), (-1, 5), (-2, 5), (-2, 3), (-1, 1), (-3, 2), (-5, 2), (-5, 1)),
 )
-"""Directions some 11 degrees apart, half a turn in all."""
+"""Directions at steps of some 11 degrees, half a turn in all."""
 
 
 class State(NamedTuple):
@@ -112,7 +112,7 @@ class State(NamedTuple):
 
     # n slots for bodies, k lists
     order: Records  # 2n + 2 for each list: the bounds from left to right, after one END and before others
-    bounds: Records  # (8n,) the tick at which each bound passes the next one; PLACE behind that, its place
+    bounds: Records  # (8n,) the tick of each bound to pass the next one; PLACE behind that, its place
     span: Records  # (2,) the first sorted bound of a body, and the one behind its last
     ways: Records  # (2k,) the directions of the lists, whole numbers
     # (4k,) if they are slanted: the shares of x and y in a place; the share of a body's reach in the distance

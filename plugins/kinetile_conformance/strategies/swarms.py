@@ -286,7 +286,7 @@ def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> S
 
 def steep(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """A crowd at rest, and some that fly almost along an axis: each meets a body far away, only because it
-    drifts sideways by a few widths. An arena would make the cells of a grid coarse, so there is none."""
+    drifts sideways by a few widths. An arena would make the cells of a grid coarse, so it is absent."""
     fliers = min(bodies // 8, 8)
     crowd = bodies - 2 * fliers
     side = square(crowd, 1.3)

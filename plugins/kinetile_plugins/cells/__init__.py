@@ -2,8 +2,8 @@
 
 docs/cells.md describes the stored tables, the width of cells, and the worst cases. A body is near the bodies
 in its own cell and in the eight around. The structure changes only when a body leaves its cell; one division
-gives the time at which its plan reaches an edge. ``hierarchy.py`` defines which bodies are near each other if
-there are levels, as in the hierarchical grids of computer graphics; ``layout.py`` chooses widths.
+gives the time of its plan at an edge. ``hierarchy.py`` defines which bodies are near each other if there are
+levels, as in the hierarchical grids of computer graphics; ``layout.py`` chooses widths.
 
 The cost: n certificates, one a body; O(1) for a failure; the candidates are the bodies in nine cells: O(1)
 for bodies of one size spread evenly, and at worst all bodies.

@@ -2,8 +2,8 @@
 
 Between two events every body is within its home, except for rounding and for a body about to cross. The table
 has every body in the cell of its home and nowhere else, block before list. Every body is a guest in the cells
-of all coarser levels that contain its own cell, and nowhere else. Each certificate is for the tick at which
-the plan reaches an edge. No cell, without its slack, is narrower than the bodies of its level.
+of all coarser levels that contain its own cell, and nowhere else. Each certificate is for the tick of
+the plan's arrival at an edge. No cell, without its slack, is narrower than the bodies of its level.
 """
 
 import math
@@ -154,7 +154,7 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields each cell with a home or a guest in it, with the tick at which the first body at home leaves it;
+    """Yields each cell with a home or a guest in it, with the first tick of a body at home to leave it;
     then the pairs. If an axis is periodic, yields the cells of the arena alone.
 
     In a pair the smaller body, at home or as a guest, is in the cell of the larger or in one of the eight

@@ -1,10 +1,10 @@
 """Power: a kinetic regular triangulation, of discs that do not pass through each other.
 
-A body is near the bodies to which it has an edge, and the only event is the flip of an edge (docs/cells.md
-has the proofs; radii there are reaches here). There are at most 3n + 5 edges and no parameters.
+A body is near all bodies that it has an edge to, and the only event is the flip of an edge (docs/cells.md has
+the proofs; radii there are reaches here). There are at most 3n + 5 edges and no parameters.
 
-Files: ``web`` the stored structure; ``certificates`` the ticks at which edges fail; ``events`` flips,
-insertion, removal; ``audit`` every invariant, slowly. This file has the class, and the drawing.
+Files: ``web`` the stored structure; ``certificates`` the ticks of failing edges; ``events`` flips, insertion,
+removal; ``audit`` every invariant, slowly. This file has the class, and the drawing.
 """
 
 import math
@@ -55,7 +55,7 @@ def between_bodies(s: State) -> Integers:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields the triangles between bodies, each with the tick at which the first of its own edges fails, the
+    """Yields the triangles between bodies, each with the tick of the first of its own edges to fail, the
     pairs of bodies that have an edge, and the edge that fails first, perhaps to a far point."""
     n = slots(s)
     corners, due = s.org.reshape(-1, 4)[:, :3], s.due.reshape(-1, 4)[:, :3].min(axis=1)

@@ -1,8 +1,8 @@
 """Changes of the triangulation: a failing edge flips, and bodies are inserted and removed.
 
 A body is inserted into the triangle that contains its centre, and divides it into three; then the failing
-edges around it flip. A removal is the reverse: the body's edges flip in the order in which they would flip if
-its point was raised over the lifted surface, until three are left.
+edges around it flip. A removal is the reverse: the body's edges flip in the same order as if its point was
+raised over the lifted surface, until three are left.
 """
 
 from kinetile.toolbox import Kernel, hook, offer, unchecked

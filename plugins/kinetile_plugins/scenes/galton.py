@@ -28,7 +28,7 @@ def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float =
         balls: the number of balls, 1 or more
         e: the share of its speed that a peg or a wall gives back, from 0 to 1
         interval: the time between two balls
-        seed: of the places at which balls start
+        seed: of the starting places of balls
     """
     demand(1 <= rows <= 64, f"rows is {rows}; a board has from 1 to 64")
     demand_number("balls", balls, 1, "a board has 1 ball or more")

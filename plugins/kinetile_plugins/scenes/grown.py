@@ -45,7 +45,7 @@ def grown(
     periodic: str = "",
     seed: int = 1,
 ) -> Scene:
-    """Discs at a density above that of random places; they grow while they move and collide.
+    """Discs denser than random places allow; they grow while they move and collide.
 
     The discs begin at random places with a density of 0.3, and grow in steps. Equal discs form patches of
     crystal; equal numbers of radii 0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn
@@ -109,7 +109,7 @@ def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene
         sim = Simulation(scene, "cells", keep_contacts=False)
         try:
             sim.run(until=longest, max_contacts=most)
-            sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact, at which two discs have no gap
+            sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact: two discs have no gap there
         except ZenoError as error:
             raise held() from error
         scene = scene.replace(position=sim.positions(), velocity=sim.velocities())

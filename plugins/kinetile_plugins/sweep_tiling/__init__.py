@@ -7,7 +7,7 @@ is present, and lists the errors of the thesis's text. The proof holds only whil
 each other: otherwise a hidden body could appear without an event.
 
 Files: ``web`` the stored structure; ``construction`` the first tiling, by a sweep line; ``events`` changes at
-a collapse, an insertion or a removal; ``certificates`` the ticks at which tiles fail; ``audit`` every
+a collapse, an insertion or a removal; ``certificates`` the ticks of failing tiles; ``audit`` every
 invariant, slowly. This file has the hooks that the kernel calls, and the drawing.
 
 Why a skin delta of at most r^2 / 8R hides no contact, for radii from r to R and n discs (docs/one-answer.md

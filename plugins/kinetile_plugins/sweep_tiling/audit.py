@@ -281,7 +281,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _between(left: Floats, line: Floats, right: Floats, period: float) -> Flags:
-    """Returns True for lines that, or an image of which, lie between left and right."""
+    """Returns True for lines, or images of them, between left and right."""
     if period:
         line = left + (line - left) % period
     return (left < line) & (line < right)

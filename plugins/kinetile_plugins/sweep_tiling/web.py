@@ -35,7 +35,7 @@ RANK, COLUMN = 3, 4
 
 
 class State(NamedTuple):
-    """The web, the ticks at which its tiles fail, and the arrays of the static construction.
+    """The web, the ticks of its failing tiles, and the arrays of the static construction.
 
     As ends, body n is TOP and body n + 1 BOTTOM; the arena's edges are the bounds of body n.
     """
