@@ -206,7 +206,7 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
 
 @hook
 def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Returns the times at the beginning and the end of a growth from low to high of coordinates at speeds v."""
+    """Returns the times at which coordinates with speeds v have grown by low and by high, in order."""
     zero = spread(0.0)
     still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
     one = low / still

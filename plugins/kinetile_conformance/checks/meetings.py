@@ -78,7 +78,7 @@ class Met(NamedTuple):
         return f"{text} {' and '.join(each for each in (when, then) if each)}"
 
     def check(self, at: "PairMoment", found: "Met", how: str) -> None:
-        """Raises for the first meeting with another answer; ``how`` names the hook, or the place, in words."""
+        """Raises for the first meeting with another answer; ``how`` says by which hook, or where."""
         differs = np.zeros(len(self.who), np.bool_)
         for one, other in zip(self, found, strict=True):
             if one is not None and other is not None:
