@@ -24,13 +24,13 @@ from kinetile_conformance.runner import CheckRun, JudgingPlan, Options, Runner, 
 def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
     """Judges the broad phase registered under a name, with options (``Options``); returns the report.
 
-    A child process judges it, so this one goes on whatever the phase does. A check that the child did not
-    survive has the status "died", with the cause and, as far as it can be seen, the place; after three deaths
-    the other checks are not run. Nor are they where one fails on the scenes that run as Python first.
+    A child process judges it, so this process survives any error of the phase. A check that ended the child
+    has the status "died", with the cause and, if known, the place. The other checks are not run after three
+    deaths, or after a failure on the scenes that run as Python first.
 
-    Raises UnknownName and BadOption; NotJudged where it does not load, or its hooks do not compile (the
-    message says where); Refused where it refuses every sample of a scene, or cannot be sent to another
-    process; ValueError for a check that does not exist; and MissingExtra without Hypothesis.
+    Raises UnknownName and BadOption; NotJudged if it does not load, or its hooks do not compile (the message
+    names the place); Refused if it refuses every sample of a scene, or cannot be sent to another process;
+    ValueError for a check that does not exist; and MissingExtra without Hypothesis.
     """
     plan = JudgingPlan.of_phase(name, options)
     with closing(IsolatedRunner(plan, options.get("on_scene", unheard))) as runner:
@@ -43,10 +43,10 @@ def check_broad_phase(name: str, **options: Unpack[Options]) -> Report:
 def check_engine(
     command: str, *, asked: str = "contacts", within: float | None = None, **options: Unpack[Options]
 ) -> EngineReport:
-    """Judges an engine over a pipe; returns the report. Raises EngineError where it does not start, or does
-    not keep to the protocol. ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts
-    need; of the ``options`` (``Options``) those apply that are not of phases; ``seconds`` is for a line, by
-    the clock, and ``checks`` are names of ``JUDGING``; errors of these are as in ``check_broad_phase``."""
+    """Judges an engine over a pipe; returns the report. Raises EngineError if it does not start, or breaks
+    the protocol. ``asked`` is one of ``QUESTIONS``, ``within`` the distance of times, which casts need. The
+    ``options`` (``Options``) apply, except options of phases; ``seconds`` is the limit for a line, by the
+    clock, and ``checks`` are names of ``JUDGING``. Wrong options raise as in ``check_broad_phase``."""
     plan = JudgingPlan.of(Subject(command, {}), options, "check_engine")
     if asked not in JUDGING:
         raise BadOption(f"asked is {asked!r}; expected {one_of(asked, JUDGING)}")
@@ -88,14 +88,13 @@ def replay(
     check: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Result:
-    """Runs a check on the scene of a file; returns its result, with the verdict where it fails. What the kit
-    runs as Python first runs so here.
+    """Runs a check on the scene of a file; returns its result, with the verdict if it fails. Checks that the
+    kit runs as Python first run as Python here.
 
-    A file that the kit has saved names the check that failed, the narrow phases and the response that were
-    under test, and the options of this broad phase: these are the defaults; of any other the check is
-    ``same-contacts``. Raises UnknownName and BadOption, also where the check takes no scene; OSError and
-    SceneError where the file cannot be read, or holds no scene; and Refused where the phase cannot do this
-    scene.
+    A file saved by the kit names the failed check, the narrow phases and the response under test, and the
+    options of this broad phase: these are the defaults. For any other file the check is ``same-contacts``.
+    Raises UnknownName and BadOption, also if the check takes no scene; OSError and SceneError if the file
+    cannot be read, or has no scene; and Refused if the phase refuses this scene.
     """
     path = Path(path)
     case = load_case(path)

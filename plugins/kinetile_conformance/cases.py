@@ -1,10 +1,10 @@
-"""A case: one scene under one phase, how far it is run, its outcome, and the file that keeps it, a scene in
-TOML whose first line, a comment, names the check and the phases, in JSON.
+"""A case: one scene under one phase, the limits of its run, its outcome, and its file: a scene in TOML whose
+first line, a comment, names the check and the phases, in JSON.
 
-A phase that tampers with a count, or with a body's ``last``, can leave contacts and places as they should be,
-and do its harm in another scene. So an outcome also has all of the kernel's tables that are a function of the
-scene alone: not counts of candidate checks and structural events, the calendar, the pair set. Without walls
-the skin depends on when a pair set grows: there it is compared with the bodies' reach alone.
+A phase that changes a count, or a body's ``last``, can leave contacts and places correct, and do harm in
+another scene. So an outcome also has all tables of the kernel that are a function of the scene alone: not
+counts of candidate checks and structural events, the calendar, the pair set. Without walls the skin depends
+on the time of a pair set's growth: there each body's reach is only compared with its radius plus skin.
 """
 
 import contextlib
@@ -49,17 +49,17 @@ REFERENCE = "naive"
 """The reference, as messages call it."""
 
 LIVE_REFERENCE = "_naive-live"
-"""The reference: ``naive`` with hooks for bodies that come and go. Without them the kernel rebuilds a phase
-for each command, which takes 2 ms; a living scene has hundreds of commands."""
+"""The reference: ``naive`` with hooks for insertion and removal. Without them the kernel rebuilds a phase for
+each command, which takes 2 ms; a living scene has hundreds of commands."""
 
 CONTACTS = 150
 """The limit of contacts of a run of few bodies (of one in pieces, of each piece)."""
 
 UNTIL = 8.0
-"""The length of a case, in time units, where its scene has no end."""
+"""The length of a case, in time units, if its scene has no end."""
 
 GENERAL = {"general": True}
-"""Options of ``disc`` and ``wall``: without them each has other parts, and a phase a loop for each."""
+"""Options of ``disc`` and ``wall`` for the same parts in all scenes: so a phase needs fewer loops."""
 
 Row = TypeVar("Row")
 Tables = Mapping[str, npt.NDArray[np.generic]]
@@ -70,9 +70,9 @@ OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span",
 
 @dataclass(frozen=True)
 class Subject:
-    """The phases under test: a broad phase with its options, alone or with narrow phases, each of which
-    replaces the usual one of its role (``disc``, ``convex`` for shapes, ``wall``), and a response for
-    contacts for which a scene has none."""
+    """The phases under test: a broad phase with its options, alone or with narrow phases and a response. Each
+    narrow phase replaces the usual one of its role (``disc``, ``convex`` for shapes, ``wall``); the response
+    answers contacts without a response in the scene."""
 
     name: str
     options: Mapping[str, Any]
@@ -86,13 +86,13 @@ class Subject:
 
     @property
     def beside(self) -> dict[str, str]:
-        """What is judged with the broad phase, as it is written, and the kind of each."""
+        """The other parts under test, as on the command line, and the kind of each."""
         found = {write_phase(*each): "narrow phase" for each in self.narrow.items()}
         answer = self.response
         return found | ({write_phase(answer.name, answer.options): "response"} if answer else {})
 
     def dressed(self, scene: Scene) -> Scene:
-        """Returns a scene with the response under test; Refused where that refuses the scene."""
+        """Returns a scene with the response under test; raises Refused if the response refuses it."""
         if self.response is None:
             return scene
         try:
@@ -101,8 +101,8 @@ class Subject:
             raise Refused(str(error)) from error
 
     def simulation(self, scene: Scene, **more: Any) -> Simulation:
-        """Returns a simulation of a scene under these phases. All share one loop, in which bodies can come
-        and go; where none does there is no spare slot, which would hide an index too large by one."""
+        """Returns a simulation of a scene under these phases. All share one loop for inserted and removed
+        bodies; without such commands it has no spare slot, which would hide an index too large by one."""
         begin_scene()  # a check may run several, and a slow phase has time for each
         room = None if is_living(scene) else len(scene)
         chosen = {"narrow_phases": self.narrow_phases(scene), "room": room} | more
@@ -113,7 +113,7 @@ class Subject:
         return compose_phases(scene, self.name, self.narrow_phases(scene), self.options)
 
     def narrow_phases(self, scene: Scene) -> dict[str, Mapping[str, Any]] | None:
-        """Returns the narrow phases for a scene; None where none is named here, and some are in the scene."""
+        """Returns the narrow phases for a scene; None if none is named here, and the scene has some."""
         if not self.narrow and scene.settings.narrow_phases is not None:
             return None
         pairs, walls = (self.of_role(role) for role in ("pair", "wall"))
@@ -130,7 +130,7 @@ class Subject:
 
     @property
     def pair(self) -> str | None:
-        """The named narrow phase for pairs; None: it is the usual one."""
+        """The named narrow phase for pairs; None for the usual one."""
         return next(iter(self.of_role("pair")), None)
 
     def under(self, broad_phase: str) -> "Subject":
@@ -139,7 +139,7 @@ class Subject:
 
     @property
     def reference(self) -> "Subject":
-        """The reference, with the same narrow phases; it is registered where it is not."""
+        """The reference, with the same narrow phases; registered here if necessary."""
         try:
             registry().spec("broad phase", LIVE_REFERENCE)
         except UnknownName:
@@ -148,7 +148,7 @@ class Subject:
 
 
 def provided(subject: Subject) -> tuple[Provided, ...]:
-    """Returns the providers of what is under test, the broad phase's first."""
+    """Returns the providers of the parts under test, the broad phase's first."""
     narrow = (registry().provided("narrow phase", name) for name in subject.narrow)
     response = [] if subject.response is None else [registry().provided("response", subject.response.name)]
     return registry().provided("broad phase", subject.name), *narrow, *response
@@ -163,7 +163,7 @@ HOOKS = {
 
 
 class PhasePlugin:
-    """A plugin that provides one phase or response, under its name: for what exists in this process only."""
+    """A plugin that provides one phase or response, under its name, which exists in this process only."""
 
     def __init__(self, spec: kt.BroadPhaseSpec | kt.NarrowPhaseSpec | kt.ResponseSpec) -> None:
         self.__name__ = spec.name
@@ -196,7 +196,7 @@ class NaiveLive:
 
 
 def is_living(scene: Scene) -> bool:
-    """Whether bodies come or go in a scene."""
+    """Returns True if a scene inserts or removes bodies."""
     return any(not isinstance(command, kt.Turn | kt.SetKind) for command in scene.commands)
 
 
@@ -208,17 +208,17 @@ class RunOutcome(Outcome):
 
     @classmethod
     def of(cls, sim: Simulation, ended: str = "ran") -> "RunOutcome":
-        """Returns what a simulation holds now."""
+        """Returns the present outcome of a simulation."""
         return cls(**vars(outcome_of(sim, ended)), tables=tables_after(sim) if ended == "ran" else {})
 
 
 def horizon(scene: Scene) -> float:
-    """Returns the time at which a case ends."""
+    """Returns the end time of a case."""
     return scene.settings.until if scene.settings.until is not None else scene.start + UNTIL
 
 
 def ran(sim: Simulation, until: float, contacts: int) -> str:
-    """Runs a simulation; returns how that ended."""
+    """Runs a simulation; returns its end in words."""
     try:
         sim.run(until=until, max_contacts=contacts)
     except KinetileError as error:
@@ -227,7 +227,7 @@ def ran(sim: Simulation, until: float, contacts: int) -> str:
 
 
 def run_summary(subject: Subject, scene: Scene, until: float | None = None) -> tuple[str, str]:
-    """Runs a case; returns how it ended, and its fingerprint. How many events it took may differ."""
+    """Runs a case; returns its end in words, and its fingerprint, without the number of events."""
     sim = subject.simulation(scene)
     ended = ran(sim, horizon(scene) if until is None else until, CONTACTS)
     return ended.partition(":")[0], sim.fingerprint
@@ -241,7 +241,7 @@ def outcome(subject: Subject, scene: Scene, contacts: int = CONTACTS) -> RunOutc
 
 def tables_after(sim: Simulation) -> Tables:
     """Returns copies of all table columns that are functions of the scene, by name: an array with a place for
-    each body, or of one number. Empty where the tables cannot be read."""
+    each body, or of one number. Empty if the tables cannot be read."""
     try:
         k = sim.tables
     except KinetileError:
@@ -256,7 +256,7 @@ def tables_after(sim: Simulation) -> Tables:
     bodies, number = k.bodies[there], np.append(k.queue["number"], NOBODY)
     left = {f"bodies.{name}": np.array(bodies[name]) for name in compared(k.bodies)}
     met = bodies.last
-    if lives:  # a slot with a new body does not name back: it counts as none
+    if lives:  # the new body of a slot does not name this one: no partner
         met = np.where((met >= 0) & (k.bodies.last[met] == there), met, NOBODY)
     left["bodies.last"] = number[met]
     left["mass"] = np.array(k.mass[there])
@@ -274,8 +274,8 @@ def tables_after(sim: Simulation) -> Tables:
 
 
 def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None:
-    """Returns where the outcome of phase ``name`` first differs from the expected one, in a sentence; Refused
-    for a skin that bodies needed later, if no contact was wrong before."""
+    """Returns the first difference of the outcome of phase ``name`` from the expected one, in a sentence;
+    raises Refused for a skin that bodies needed later, if no contact was wrong before."""
     if found.ended.startswith(f"{TooThick.__name__}: "):
         met = len(found.contacts)
         missing = (expected.contacts["time"][met:] < found.time).any()
@@ -291,7 +291,7 @@ def difference(found: RunOutcome, expected: RunOutcome, name: str) -> str | None
 
 
 def told(place: str, found: Row | None, expected: Row | None, shown: Callable[[Row], str]) -> str:
-    """Returns how what was found at a place differs from what should be there, in a sentence."""
+    """Returns the difference between the found and the expected value at a place, in a sentence."""
     if found is None:
         return f"{place} is missing: {shown(cast(Row, expected))}"
     if expected is None:
@@ -300,7 +300,7 @@ def told(place: str, found: Row | None, expected: Row | None, shown: Callable[[R
 
 
 def table_difference(found: Tables, expected: Tables) -> str | None:
-    """Returns the first table entry that one run left otherwise than another, in a sentence."""
+    """Returns the first table entry that differs between two runs, in a sentence."""
     for name, right in expected.items():
         mine = found.get(name, right)
         at = first_difference(mine, right)
@@ -314,7 +314,7 @@ def table_difference(found: Tables, expected: Tables) -> str | None:
 
 
 class SavedCase(BaseModel):
-    """A case as it was saved: the scene, and what its file names, if it does: check, phases and options."""
+    """A saved case: the scene, and the check, phases and options that its file names, if any."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
     scene: Scene

@@ -179,7 +179,7 @@ def to_judge(
     of_phases: Mapping[str, Any],
     of_programs: Mapping[str, Any],
 ) -> tuple[list[Judged], list[str] | None]:
-    """Returns what is judged, and the names of the checks; raises BadOption for wrong options."""
+    """Returns the phases under test, and the names of the checks; raises BadOption for wrong options."""
     _check_options(of_phases, of_programs, bool(commands))
     from kinetile import Response
     from kinetile.errors import one_of
@@ -223,7 +223,7 @@ def to_judge(
 
 
 def compiling_first() -> str:
-    """Returns what takes long, where loops are compiled."""
+    """Returns the reason for a long run, if loops are compiled."""
     from kinetile.instruments import NOTHING_IS_COMPILED
 
     first = "; a dozen run as Python, before loops are compiled that are not yet (about 10 s each)"

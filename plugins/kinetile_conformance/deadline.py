@@ -1,6 +1,6 @@
-"""Time limits of what is judged, in processor time, without that of the compiler: wall time would judge the
-machine. A check that needs more is *not judged*. One scene has a limit of its own, far beyond what any needs:
-a phase that exceeds it is in an endless loop, which the system ends, with the process, by a signal."""
+"""Time limits of judged phases, in processor time without compiling: wall time would judge the machine. A
+check that needs more is *not judged*. One scene has a separate limit, far beyond the need of any scene: a
+phase that exceeds it is in an endless loop, which the system ends, with the process, by a signal."""
 
 import contextlib
 import math
@@ -20,10 +20,10 @@ SECONDS = 600.0 if NOTHING_IS_COMPILED else 60.0
 """CPU seconds that a check of a hundred scenes may take, without compiling."""
 
 SCENE_SECONDS = 300.0 if NOTHING_IS_COMPILED else 20.0
-"""CPU seconds that a check may take for one simulation of a scene, of which most take a hundredth."""
+"""CPU seconds that a check may take for one simulation of a scene; most take a hundredth."""
 
 LONGER = 4.0
-"""How much longer it may take when it is tried again: a slow phase then comes to an end, a loop does not."""
+"""The factor of this limit at a second try: a slow phase then ends, a loop does not."""
 
 
 class TimeIsUp(BaseException):
@@ -31,18 +31,18 @@ class TimeIsUp(BaseException):
 
 
 def spent() -> float:
-    """Returns the CPU seconds of this process, and of those it has waited for, without those of compiling."""
+    """Returns the CPU seconds of this process and of ended child processes, without compiling."""
     times = os.times()
     children = times.children_user + times.children_system
     return time.process_time() + children - compiling_seconds()
 
 
 _limit = 0.0
-"""The CPU seconds of a scene in this process; 0: no limit is kept."""
+"""The CPU seconds of a scene in this process; 0 for no limit."""
 
 
 def keep_limits(scene: float, memory: int = 0) -> None:
-    """Has this process ended some CPU seconds after ``begin_scene``, or bytes beyond now; 0: no limit."""
+    """Ends this process after some CPU seconds from ``begin_scene``, or bytes beyond now; 0: no limit."""
     global _limit
     _limit = scene
     while_compiling(uncounted)
@@ -51,14 +51,14 @@ def keep_limits(scene: float, memory: int = 0) -> None:
 
 
 def begin_scene() -> None:
-    """Lets the time of a scene begin now, where it is limited."""
+    """Starts the time of a scene now, if it is limited."""
     if _limit:
         end_after(_limit)
 
 
 @contextlib.contextmanager
 def uncounted() -> Iterator[None]:
-    """Within this no time is limited: for compiling, for drawing, and to start processes that inherit it."""
+    """Suspends the time limit: for compiling, for drawing, and to start processes that inherit it."""
     if _limit:
         end_after(math.inf)
     try:

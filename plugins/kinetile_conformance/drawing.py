@@ -1,15 +1,15 @@
-"""Scenes for checks: drawn once for all checks of a strategy, and minimised where they fail.
+"""Scenes for checks: drawn once for all checks of a strategy, and minimised if they fail.
 
-Hypothesis would minimise the numbers of which a scene is made, could not leave out one body of a swarm, and
-takes a hundred times as long for commands. ``reduced`` has four steps, each of which keeps only what still
-fails (a scene that is not valid does not):
+Hypothesis would minimise the drawn numbers of a scene, could not omit one body of a swarm, and takes a
+hundred times as long for commands. ``reduced`` has four steps; each keeps only scenes that still fail (an
+invalid scene does not):
 
-1. The run becomes shorter, by halves: all that follows costs less for it.
-2. Bodies are left out by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,
-   "Simplifying and isolating failure-inducing input", 2002). Halves by the order of x come after those by
-   number: bodies that meet are neighbours.
-3. Commands are left out in the same way.
-4. Numbers are rounded to ever fewer digits, all at once, then those of each body.
+1. The run is shortened by halves, so all later steps cost less.
+2. Bodies are omitted by halves, quarters, eighths, ... one by one: delta debugging (Zeller and Hildebrandt,
+   "Simplifying and isolating failure-inducing input", 2002). Halves by number are tried first, then halves by
+   the order of x: bodies that meet are neighbours.
+3. Commands are omitted in the same way.
+4. Numbers are rounded to fewer digits: all numbers together, then the numbers of each body.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +33,7 @@ from kinetile_conformance.strategies.gallery import smallest
 
 @dataclass
 class Drawing:
-    """The scenes for the checks of a run, from a seed, each as ``dressed`` shows it to the phases."""
+    """The scenes for the checks of a run, from a seed, each as changed by ``dressed`` for the phases."""
 
     examples: int
     seed: int
@@ -47,8 +47,8 @@ class Drawing:
             return error
 
     def scenes(self, each: Check) -> Iterator[Scene | Refused]:
-        """Yields the scenes of a check: those of its strategy, each drawn when it is needed, and once; or the
-        error of a response under test that refuses one."""
+        """Yields the scenes of a check's strategy, each drawn at its first use, and once; or the error of a
+        response under test that refuses a scene."""
         strategy = each.strategy
         if strategy is None:
             yield smallest()
@@ -64,20 +64,20 @@ class Drawing:
 
 
 FAMILIAR = 2
-"""The fewest bodies that minimising leaves: one alone meets no other."""
+"""The fewest bodies after minimising: one alone meets no other."""
 
 HALVINGS = 30
-"""How often the length of the run is halved at most."""
+"""The most halvings of the length of a run."""
 
 DIGITS = (0, 1, 2, 3, 4, 6, 8, 10, 13, 17, 21, 26, 32)
-"""Binary digits after the point to which numbers are rounded, the fewest first."""
+"""Binary digits after the point of rounded numbers, the fewest first."""
 
 
 Case = TypeVar("Case")
 
 
 class Search(Generic[Case]):
-    """The smallest failing case so far, and whether there is time to look for a smaller one."""
+    """The smallest failing case so far, and the time left to search for a smaller one."""
 
     def __init__(self, scene: Case, fails: Callable[[Case], bool], seconds: float) -> None:
         self.scene = scene
@@ -86,11 +86,11 @@ class Search(Generic[Case]):
 
     @property
     def over(self) -> bool:
-        """Whether the time is up."""
+        """Returns True if no time is left."""
         return spent() >= self.end
 
     def take(self, make: Callable[[], Case]) -> bool:
-        """Makes a smaller scene, and keeps it if it can be and fails; returns whether it was kept."""
+        """Makes a smaller scene, and keeps it if it is valid and fails; returns True if it was kept."""
         if self.over:
             return False
         try:
@@ -104,15 +104,15 @@ class Search(Generic[Case]):
 
 
 def reduced(scene: Scene, fails: Callable[[Scene], bool], seconds: float) -> Scene:
-    """Returns a smaller scene for which ``fails`` is true, as it is for the one given; that itself where
-    nothing smaller fails. No scene is begun after this many CPU seconds of this process."""
+    """Returns a smaller scene for which ``fails`` is true, as for the given one; the given scene if no
+    smaller one fails. Starts no scene after this many CPU seconds of this process."""
     return minimised(scene, fails, seconds, (_shorten, _leave_out_bodies, _leave_out_commands, _round))
 
 
 def minimised(
     case: Case, fails: Callable[[Case], bool], seconds: float, steps: Sequence[Callable[[Search[Case]], None]]
 ) -> Case:
-    """Returns a smaller case that fails, by steps that are repeated until none helps; see ``reduced``."""
+    """Returns a smaller case that fails; repeats the steps until none makes it smaller; see ``reduced``."""
     search = Search(case, fails, seconds)
     before = None
     while before != search.scene and not search.over:
@@ -123,7 +123,7 @@ def minimised(
 
 
 def _shorten(search: Search[Scene]) -> None:
-    """Ends the run soon after a fault can be seen: at once, or after half, a quarter, ..., of its time."""
+    """Ends the run soon after the fault: at once, or after half, a quarter, ..., of its time."""
     start = search.scene.start
     if horizon(search.scene) <= start or search.take(partial(ended_at, search.scene, start)):
         return
@@ -155,14 +155,14 @@ def leave_out(
     only: Callable[[Case, Integers], Case],
     least: int,
 ) -> None:
-    """Leaves out parts of what ``order`` lists, for as long as at least ``least`` is left, and fails."""
+    """Omits parts of the list ``order`` while at least ``least`` are left, and the scene fails."""
     parts = 2
     while not search.over:
         left = listed = order(search.scene)
         if len(listed) <= least:
             return
         parts = min(parts, len(listed))
-        whole = search.scene  # numbers change when bodies are left out: parts are taken from the whole
+        whole = search.scene  # omitting bodies changes their numbers, so parts are selected from the whole
         for cut in np.array_split(listed, parts):
             rest = left[~np.isin(left, cut)]
             if len(rest) >= least and search.take(partial(only, whole, rest)):
@@ -176,7 +176,7 @@ def leave_out(
 
 
 def _round(search: Search[Scene]) -> None:
-    """Rounds positions, velocities and radii to few binary digits, of all bodies, then of each."""
+    """Rounds positions, velocities and radii to few binary digits, for all bodies, then for each."""
     sizes = () if search.scene.shapes else ("radius",)
     for fields in (("position", "velocity", *sizes), ("velocity",), ("position",), sizes):
         _round_some(search, fields, np.ones(len(search.scene), dtype=np.bool_))

@@ -1,6 +1,6 @@
 """The isolated runner: a ``Runner`` in a child process with limits, since a phase can crash the interpreter,
-run for ever or take all memory. When a child dies, the check that it ran gets the cause as its result, or a
-failure that was seen before, and a new child does the rest."""
+run for ever or use all memory. If a child dies, the result of its present check is the cause, or an earlier
+failure, and a new child runs the other checks."""
 
 import pickle
 import re
@@ -28,10 +28,10 @@ from kinetile_conformance.strategies.changes import only_bodies
 from kinetile_conformance.strategies.gallery import smallest
 
 DEATHS = 3
-"""Deaths after which the checks that are left are not run."""
+"""The most deaths; after them no further checks are run."""
 
 FEW = 12
-"""Scenes of a check that run as Python first: beginners' errors show on them, within some seconds."""
+"""Scenes of a check that run as Python first: they show beginners' errors within some seconds."""
 
 ENDINGS = {
     "endless": ("died", "an endless loop{place}, in {what}: {scene:g} CPU s, and no end of one scene"),
@@ -54,8 +54,8 @@ _SIGNALS = {int(each): each.name for each in signal.Signals}
 
 
 def where(words: str) -> str:
-    """Returns where a process died by the stack that ``faulthandler`` has written: the innermost place that
-    is no library's, such as "arrange (my_phase.py, line 12)", or "a compiled hook"; or ""."""
+    """Returns the place of a process's death by the stack that ``faulthandler`` has written: the innermost
+    place outside of libraries, such as "arrange (my_phase.py, line 12)", or "a compiled hook"; or ""."""
     for thread in re.split(r"^(?:Current t|T)hread .*$", words, flags=re.MULTILINE)[1:]:
         frames = [found for line in thread.splitlines() if (found := FRAME.match(line))]
         if any(frame["function"] == "_listen" for frame in frames):
@@ -92,8 +92,8 @@ class IsolatedRunner:
             self._child = None
 
     def begin(self, names: Sequence[str]) -> Sequence[str]:
-        """Runs those FIRST of some checks as Python, on few scenes; returns the one that fails, of which
-        ``run`` has the result. Where none does, compiles the phase, and returns all."""
+        """Runs some checks, if in FIRST, as Python on few scenes; returns the one that fails; ``run`` then
+        gives its result. If none fails, compiles the phase, and returns all."""
         self._load(compiled=False)
         for name in [name for name in FIRST if name in names]:
             with compiled_by_default(False):
@@ -108,7 +108,7 @@ class IsolatedRunner:
         return names
 
     def _load(self, compiled: bool) -> None:
-        """Loads and runs the phase once; where the process dies, the checks will say why."""
+        """Loads and runs the phase once; if the process dies, the checks report the cause."""
         with suppress(Died), compiled_by_default(compiled):
             if compiled not in self._loaded:
                 self._call(Runner.smoke_test)
@@ -120,7 +120,7 @@ class IsolatedRunner:
             return self._known.pop(name, None) or self._run(name)
 
     def _run(self, name: str, most: int | None = None) -> Result:
-        """Runs the check of a name; if the child dies, again on ever fewer bodies, as long as it does."""
+        """Runs the check of a name; while the child dies, runs it again on fewer bodies."""
         last: Message = {"count": 0}
         failed: Message = {}
 
@@ -140,7 +140,7 @@ class IsolatedRunner:
             return replace(result, seconds=time.perf_counter() - began)
 
     def attempt(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Returns what a function of the runner returns; raises PhaseError where the child dies."""
+        """Returns the value of a function of the runner; raises PhaseError if the child dies."""
         try:
             return self._call(function, *arguments)
         except Died as died:
@@ -210,7 +210,7 @@ class IsolatedRunner:
         return saved(replace(result, bodies=len(scene)), scene, self._plan.subject, self._plan.save_to)
 
     def _survives(self, check: str, scene: Scene) -> bool:
-        """Whether a child survives a check on a scene, or ends for another reason."""
+        """Returns True if a child survives a check on a scene, or ends for another reason."""
         try:
             self._call(Runner.holds, check, scene)
         except Died as died:
@@ -219,8 +219,8 @@ class IsolatedRunner:
 
 
 def _runner(plan: JudgingPlan, scene_seconds: float, subject: Subject, send: Hear) -> Runner:
-    """Keeps the limits of a plan, and returns its runner. It sends each scene before it runs it, and again if
-    it fails: what was seen is not lost, however the process ends."""
+    """Sets the limits of a plan, and returns its runner. The runner sends each scene before it runs it, and
+    again if it fails, so no failure is lost if the process dies."""
     deadline.keep_limits(scene_seconds, plan.memory)
 
     def observe(count: int, scene: Scene, error: Exception | None) -> None:

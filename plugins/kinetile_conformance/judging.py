@@ -1,6 +1,6 @@
-"""A judgement: what the author of a broad phase, or of a program, puts beside the project: the kit's checks,
-the benchmark of a scene, the reference's contacts, and the table of faults that the kit is known to find.
-What is done when it is interrupted is kept."""
+"""A judgement of a broad phase, or of a program, for its author: the kit's checks, the benchmark of a scene,
+the reference's contacts, and the table of faults that the kit is known to find. An interrupted judgement
+keeps its results so far."""
 
 import json
 import time
@@ -27,16 +27,16 @@ from kinetile_conformance.runner import EXAMPLES, JudgingPlan, Runner, unheard
 from kinetile_conformance.strategies.changes import ended_at
 
 FAULTS = Path(__file__).with_name("faults.json")
-"""What the kit finds of the project's own mutants, as ``tests/mutants`` has measured it."""
+"""The faults among the project's own mutants that the kit finds, as measured by ``tests/mutants``."""
 
 BEGINNING, RUN = 200, 0.1
-"""Contacts up to which a program is given a scene; CPU seconds of one measurement, about."""
+"""The most contacts of a scene for a program; CPU seconds of one measurement, about."""
 
 SCENES = {path.stem: path for path in sorted(Path(__file__).with_name("scenes").glob("*.toml"))}
 
 
 def faults() -> dict[str, list[int]]:
-    """Returns, for each family of the faults in ``FAULTS``, how many the kit finds, of how many."""
+    """Returns the number of faults that the kit finds, and of all, for each family in ``FAULTS``."""
     rows = json.loads(FAULTS.read_text(encoding="utf-8"))["faults"].values()
     found = Counter(row["family"] for row in rows if row["killed_by"] is not None)
     return {family: [found[family], of] for family, of in Counter(row["family"] for row in rows).items()}
@@ -44,7 +44,7 @@ def faults() -> dict[str, list[int]]:
 
 @dataclass(frozen=True)
 class Measured(SceneRow):
-    """A phase or a program on the named scene ``of``, and where its contacts differ from the reference's."""
+    """A phase or a program on the scene named ``of``, and its first difference from the reference."""
 
     of: str = ""
     differs: str | None = None
@@ -53,8 +53,8 @@ class Measured(SceneRow):
 
 @dataclass
 class Judged:
-    """A phase or a program: its report so far, what judges it, why it cannot be judged, and what was
-    measured. Raises BadOption; what else is wrong with a phase will be its verdict."""
+    """A phase or a program: its report so far, its judge, the reason why it cannot be judged, and the
+    measurements. Raises BadOption; any other fault of a phase will be its verdict."""
 
     report: Report
     judge: Callable[..., Report]
@@ -69,7 +69,7 @@ class Judged:
                 alone.composition(make_scene("two-discs"))
 
     def run(self, on_result: Callable[[Result], None] = unheard, **how: Any) -> None:
-        """Runs the checks; each result is in the report when it is told."""
+        """Runs the checks; each result is in the report before it is announced."""
 
         def hear(result: Result) -> None:
             self.report = replace(self.report, results=(*self.report.results, result))
@@ -91,7 +91,7 @@ class Judged:
 
 @dataclass
 class Judgement:
-    """All that is judged, side by side, with what was chosen, and where it was done."""
+    """All judged phases and programs, side by side, with the options, and the machine."""
 
     judged: list[Judged]
     examples: int = EXAMPLES
@@ -108,12 +108,12 @@ class Judgement:
 
     @property
     def beside(self) -> Subject:
-        """The reference, with what is judged with all."""
+        """The reference, with the parts that are judged with all."""
         return self.judged[0].report.subject.under(REFERENCE)
 
     @property
     def exit_code(self) -> int:
-        """That of ``conform``: of several the first of 1, 3, 2 (it cannot be judged), 4 and 0."""
+        """The exit code as of ``conform``; of several the first of 1, 3, 2 (it cannot be judged), 4 and 0."""
         codes = [2 if each.error else each.report.exit_code for each in self.judged]
         return next((code for code in (1, 3, 2, 4) if code in codes), 0)
 
@@ -127,7 +127,7 @@ class Judgement:
         return vars(self) | {"judged": judged, "beside": [*self.beside.beside]}
 
     def run(self, show: Callable[[float | None, str], None]) -> None:
-        """Judges all, then measures all; ``show`` is called with how far it is, and where."""
+        """Judges all, then measures all; calls ``show`` with the progress, and the place."""
         how = {name: vars(self)[name] for name in ("examples", "seed", "checks", "save_to")}
         for each in self.judged:
             label = each.report.label
@@ -149,7 +149,7 @@ class Judgement:
                 contacts, fingerprint = _reference(self.beside, scene)
                 runs: list[list[Measured]] = [[] for _ in measures]
                 for (each, measure), rows in [*zip(measures, runs, strict=True)] * self.repeats:
-                    # in turns: a machine that slows down slows all
+                    # in turns, so that a slower machine slows all
                     show(at / len(SCENES), f"measuring {each.report.label}: {name}")
                     if all(row.ended_by is None for row in rows):
                         try:

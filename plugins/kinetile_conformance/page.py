@@ -9,11 +9,11 @@ from kinetile_conformance.judging import BEGINNING, RUN, SCENES, Judged, Judgeme
 STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
 MARKS = {"✓": "good", "✗": "bad", "━": "bar"}
-"""Classes of cells by the mark with which they begin: a colour is never all that is said."""
+"""Classes of cells by their first mark: no meaning is shown by a colour alone."""
 
 
 def page(of: Judgement, command: str) -> str:
-    """Returns the page; ``command`` is the one that makes it again."""
+    """Returns the page; ``command`` makes it again."""
     title = "Judged by kinetile: " + ", ".join(each.report.label for each in of.judged)
     made = {"again": command, "kit": of.kit, "drawn": f"{of.examples:,} scenes a check, seed {of.seed}"}
     made |= of.made["versions"] | {name: str(text) for name, text in of.made.items() if name != "versions"}
@@ -51,7 +51,7 @@ def _checks(judged: Sequence[Judged]) -> Iterator[str]:
     sentences = {result.check: result.sentence for each in judged for result in each.report.results}
     for check, sentence in sentences.items():
         if all(each.get(check, "skipped") == "skipped" for each in found):
-            continue  # why, the next table says
+            continue  # the next table has the reason
         texts = (_marked(each[check], each[check]) if check in each else "" for each in found)
         rows.append([check, *texts, sentence])
     heads = ("", *(each.report.label for each in judged), "what must hold")

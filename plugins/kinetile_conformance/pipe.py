@@ -1,8 +1,8 @@
 """Engines in any language: a program that reads lines and answers each of them is judged over a pipe.
 
-One line of JSON goes each way, and the next one is sent when the last one is answered: so a full pipe stops
-neither side. What is asked is one of the ``QUESTIONS``. An engine that does not keep to the protocol is not
-judged: ``EngineError`` says what it did, and on which line.
+One line of JSON is sent each way, and the next one after the answer: so a full pipe stops neither side. The
+question is one of the ``QUESTIONS``. An engine that breaks the protocol is not judged: ``EngineError`` names
+the breach and the line.
 """
 
 import json
@@ -54,7 +54,7 @@ SENT = {
     "-of-shapes": "arena mass shapes turns boxes",
     "-in-a-swarm-of-shapes-on-a-torus": "arena mass periodic shapes responses",
 }
-"""The keys of ``Question.keys`` that lines of checks can have, by suffix."""
+"""The possible keys of ``Question.keys`` in lines of checks, by suffix."""
 
 
 def _judging(says: str, prefix: str, wanted: set[str]) -> dict[str, Check]:
@@ -97,7 +97,7 @@ class PipedEngine(AbstractContextManager["PipedEngine"]):
         self.program.end()
 
     def answer(self, exchange: Exchange) -> Any:
-        """Returns the value of an engine's answer to a line, or why it refuses it, as ``Form.read`` does."""
+        """Returns the value of an engine's answer to a line, or its reason to refuse it, as ``Form.read``."""
         self.program.send(exchange.line)
         try:
             line: bytes = self.program.came.get(timeout=self._seconds) or b""
@@ -124,7 +124,7 @@ class PipedEngine(AbstractContextManager["PipedEngine"]):
 @dataclass(frozen=True)
 class EngineReport(Report):
     """All results of an engine; the ``subject`` has its command as the name. ``asked`` is the question,
-    ``within`` the relative distance of times allowed, None where nothing is compared within one."""
+    ``within`` the allowed relative distance of times, None for exact comparisons."""
 
     asked: str = "contacts"
     within: float | None = None
@@ -145,7 +145,7 @@ class EngineReport(Report):
 
     @property
     def untried(self) -> list[str]:
-        """The keys of its checks' scenes, or lines, of which the engine has answered none."""
+        """The keys of its checks' scenes, or lines, without any answer of the engine."""
         suffixes = [each.check.removeprefix(ASKED[self.asked][1]) for each in self.results]
         sent = {key for suffix in suffixes for key in SENT[suffix].split()}
         tried = {key for result in self.results for key in result.asked}
@@ -153,7 +153,7 @@ class EngineReport(Report):
 
     @property
     def limits(self) -> str:
-        """What the verdict does not cover."""
+        """The part that the verdict does not cover."""
         done, of = len(self.results), len(JUDGING[self.asked])
         some = f", by {done} of {of} checks" if done < of else ""
         untried = f", but for {', '.join(self.untried)}: no such line was answered" if self.untried else ""
@@ -176,7 +176,7 @@ class EngineReport(Report):
 class _EngineRun(CheckRun):
     """An engine under one check, on cases of a question. ``asked`` has the keys of lines that it answered."""
 
-    failures = (Disagreement,)  # any other error is one of the engine's protocol, or of the kit
+    failures = (Disagreement,)  # any other error is of the engine's protocol, or of the kit
 
     def __init__(self, each: Check, engine: PipedEngine, question: Question, on_scene: OnScene) -> None:
         super().__init__(
@@ -216,8 +216,8 @@ class _EngineRun(CheckRun):
                 raise Disagreement(text)
 
     def minimise(self) -> None:
-        """Searches for a smaller case, and gives it to a fresh process: what an engine keeps shows there."""
-        end = time.monotonic() + 3.0 * REDUCING  # the CPU time of the engine is not this process's
+        """Searches for a smaller case, and gives it to a fresh process, without state from before."""
+        end = time.monotonic() + 3.0 * REDUCING  # this process does not have the engine's CPU time
 
         def fails(case: Any) -> bool:
             return time.monotonic() < end and not self.holds(case)
@@ -231,7 +231,7 @@ class _EngineRun(CheckRun):
         self.message = text
 
     def saved(self, text: str, folder: Path) -> Path:
-        """Saves the lines that the engine was sent, both answers, and a scene; returns the path."""
+        """Saves the lines sent to the engine, both answers, and a scene; returns the path."""
         path, case = folder / f"engine-{self.each.name}.jsonl", self.wrong.case
         folder.mkdir(parents=True, exist_ok=True)
         lines = [each.line.decode() for each in self.question.exchanges(case)]

@@ -1,7 +1,7 @@
-"""Programs that surely end, and fresh interpreters that call functions of the kit. A program is sent bytes,
-and sends something back: an engine lines, an interpreter of the kit pickles; what that prints, and the stack
-that ``faulthandler`` writes when it dies, go to a file. When the calling process ends, the pipes close,
-and it ends too, with its folder."""
+"""Programs that surely end, and fresh interpreters that call functions of the kit. A program receives and
+sends bytes: an engine lines, an interpreter of the kit pickles. The interpreter's output, and the stack that
+``faulthandler`` writes when it dies, are in a file. If the calling process ends, the pipes close, and the
+interpreter ends too and removes its folder."""
 
 import contextlib
 import faulthandler
@@ -30,27 +30,27 @@ from kinetile_conformance.cases import PhasePlugin, Subject, provided
 from kinetile_conformance.deadline import SCENE_SECONDS, TimeIsUp, keep_limits, uncounted
 
 AHEAD = 16
-"""What is read of a program before it is asked for."""
+"""The most messages of a program that are read ahead."""
 
 GRACE, PATROL = 2.0, 5.0
-"""Seconds in which a process has to end; and after which the CPU time of a silent child is read."""
+"""Seconds until a process has to end; and until the CPU time of a silent child is read."""
 
 IDLE = 300.0
-"""Seconds in which a child uses no CPU time and sends nothing, after which it is given up. Beside any number
-of busy processes, one that computes gets some CPU time within them."""
+"""Seconds without CPU time and messages of a child until it is given up. Beside any number of busy processes,
+a computing one gets some CPU time within them."""
 
 NO_MEMORY = 77
 RAISED = (BadOption, NotJudged, Refused)
-"""Errors of phases and options, which a call raises in the calling process; any other is one of the kit."""
+"""Errors of phases and options, which a call raises in the calling process; any other is the kit's."""
 
 Message = dict[str, Any]
 Hear = Callable[[Message], object]
-"""Sends a message, or is called with one that was received."""
+"""Sends a message, or is called with a received one."""
 
 
 class Died(Exception):
     """A child has ended early, or was given up: ``how`` is the row of ``isolated.ENDINGS``, ``code`` its exit
-    code, ``trace`` the traceback of an error of the kit, and ``words`` what it has printed."""
+    code, ``trace`` the traceback of an error of the kit, and ``words`` its output."""
 
     def __init__(self, how: str, code: int | None = None, trace: str = "", words: str = "") -> None:
         super().__init__(how, code, trace, words)
@@ -61,7 +61,7 @@ class Died(Exception):
 
 
 def _ending(code: int | None, words: str) -> str:
-    """Returns how a child has ended that has this exit code (None: it gave none) and output."""
+    """Returns the kind of a child's end, by its exit code (None: it gave none) and output."""
     if out_of_time(code):
         return "endless"
     if code == NO_MEMORY or "out of memory" in words.lower() or "MemoryError" in words:
@@ -74,8 +74,8 @@ def _ending(code: int | None, words: str) -> str:
 
 
 class Program:
-    """A running program; ``read`` reads one thing from a stream, false at its end. What it has started may
-    outlive it and hold the pipes, so threads read and write, and its process group ends with it."""
+    """A running program; ``read`` reads one message from a stream, false at its end. Its own child processes
+    may outlive it and hold the pipes, so threads read and write, and its process group ends with it."""
 
     def __init__(self, words: Sequence[str], read: Callable[[BinaryIO], Any], **how: Any) -> None:
         how |= {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "start_new_session": True}
@@ -86,21 +86,21 @@ class Program:
             threading.Thread(target=thread, daemon=True).start()
 
     def _write(self) -> None:
-        """Writes what is sent; where the program has ended, its output says so."""
+        """Writes sent messages; if the program has ended, its output says so."""
         with contextlib.suppress(OSError), self._process.stdin as stream:
             while (sent := self._sent.get()) is not None:
                 stream.write(sent)
                 stream.flush()
 
     def _read(self, read: Callable[[BinaryIO], Any]) -> None:
-        """Keeps what comes, and None when no more comes."""
+        """Keeps the read messages, and None at their end."""
         with contextlib.suppress(Exception), self._process.stdout as stream:
             while came := read(stream):
                 self.came.put(came)
         self.came.put(None)
 
     def send(self, sent: bytes) -> None:
-        """Sends something; nothing happens if the program has ended."""
+        """Sends a message; has no effect if the program has ended."""
         self._sent.put(sent)
 
     def exit_code(self, seconds: float = GRACE) -> int | None:
@@ -110,20 +110,20 @@ class Program:
         return cast(int | None, self._process.returncode)
 
     def cpu_seconds(self) -> float | None:
-        """Returns the CPU seconds of the program alone; None where the system does not tell."""
+        """Returns the CPU seconds of the program alone; None if the system does not report them."""
         with contextlib.suppress(OSError, OverflowError, AttributeError):
             return time.clock_gettime(~self._process.pid << 3 | 2)  # Linux: the clock of another process
         return None
 
     def peak_bytes(self) -> int | None:
-        """Returns the most memory that the program has had; None where the system does not tell."""
+        """Returns the largest memory of the program; None if the system does not report it."""
         with contextlib.suppress(OSError, ValueError, StopIteration):
             lines = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8").splitlines()
             return 1024 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
         return None
 
     def end(self) -> None:
-        """Ends the program and what it has started."""
+        """Ends the program and all processes that it started."""
         self._process.kill()
         with contextlib.suppress(OSError, AttributeError):  # Windows has no groups
             os.killpg(self._process.pid, signal.SIGKILL)
@@ -132,9 +132,9 @@ class Program:
 
 
 class Child(Program):
-    """A running interpreter, in which ``make`` is called with the phases under test and a function that sends
-    messages; what it returns is the first argument of all calls. Refused where something cannot be sent to
-    another process, MissingExtra where that needs cloudpickle."""
+    """A running interpreter. It calls ``make`` with the phases under test and a function that sends messages;
+    the result is the first argument of all calls. Raises Refused if an object cannot be sent to another
+    process, MissingExtra if that needs cloudpickle."""
 
     def __init__(
         self,
@@ -156,9 +156,9 @@ class Child(Program):
         self.send(begin)
 
     def call(self, function: Callable[..., Any], *arguments: Any, hear: Hear = lambda _: None) -> Any:
-        """Returns what a function returns there, called with what was made, and arguments, as Python if all
-        runs so here; ``hear`` gets each message. Raises Died where the process ends, or is ended, since it
-        sends nothing for too long, and BadOption, NotJudged or Refused as the function does."""
+        """Returns the value of a function there, called with the result of ``make``, and arguments, as Python
+        if hooks run as Python here; calls ``hear`` with each message. Raises Died if the process ends, or is
+        ended after a long silence, and BadOption, NotJudged or Refused as the function does."""
         self.send(pickle.dumps((not as_python(), function, arguments)))
         trace = ""
         while (message := self.receive()) is not None:
@@ -173,14 +173,14 @@ class Child(Program):
         raise Died("error" if trace else _ending(code, self.words), code, trace, self.words)
 
     def receive(self) -> Message | None:
-        """Returns the next message; None where the child has ended. Raises Died after a long silence."""
+        """Returns the next message; None if the child has ended. Raises Died after a long silence."""
         used, since = 0.0, time.monotonic()
         while True:
             ended = self._process.poll() is not None
             with contextlib.suppress(queue.Empty):
                 return cast(Message | None, self.came.get(timeout=PATROL))
             if ended:
-                return None  # what it has started may hold its end
+                return None  # a process that it started may hold its end
             now = self.cpu_seconds()
             if now is None or now > used:
                 used, since = now or 0.0, time.monotonic()
@@ -191,7 +191,7 @@ class Child(Program):
                 raise Died("idle", words=self.words)
 
     def end(self) -> None:
-        """Ends the process and what it has started; ``words`` is what it has printed."""
+        """Ends the process and all that it started; ``words`` is its output."""
         super().end()
         with contextlib.suppress(OSError):
             self.words = self._file.read_text(encoding="utf-8", errors="replace")
@@ -199,8 +199,8 @@ class Child(Program):
 
 
 def pickled(subject: Subject, *more: object) -> bytes:
-    """Returns phases, and more, as bytes for another process: those added in this one with the names of their
-    plugins, and by value what cannot be imported there. Raises Refused where that fails, and MissingExtra."""
+    """Returns phases, and more, as bytes for another process: phases added in this process with the names of
+    their plugins, and objects that cannot be imported there by value. Raises Refused, and MissingExtra."""
     added = [(each.plugin, each.spec) for each in provided(subject) if each.distribution is None]
     if not added:
         return pickle.dumps((subject, added, *more))
@@ -224,7 +224,7 @@ def pickled(subject: Subject, *more: object) -> bytes:
 
 
 def _can_be_imported(name: str) -> bool:
-    """Whether another process with the same path finds a module of this name, in the same file."""
+    """Returns True if another process with the same path finds a module of this name, in the same file."""
     parent = sys.modules.get(name.rpartition(".")[0])
     found = PathFinder.find_spec(name, getattr(parent, "__path__", None))
     return found is not None and found.origin == getattr(sys.modules[name], "__file__", None)
@@ -236,9 +236,9 @@ def in_a_child(
     *arguments: Any,
     environment: Mapping[str, str] | None = None,
 ) -> Any:
-    """Returns what a function returns in a child, called with the phases under test, and arguments. Raises
-    Died, TimeIsUp where a simulation takes longer than SCENE_SECONDS or waits for something, and BadOption,
-    NotJudged or Refused from the function, or where phases cannot be sent."""
+    """Returns the value of a function in a child, called with the phases under test, and arguments. Raises
+    Died, TimeIsUp if a simulation takes longer than SCENE_SECONDS or waits, and BadOption, NotJudged or
+    Refused from the function, or if phases cannot be sent."""
     child = Child(subject, _themselves, environment)
     try:
         return child.call(function, *arguments)
@@ -275,7 +275,7 @@ def main() -> None:
 
     try:
         subject, added, make = pickle.load(link)
-    except Exception as error:  # whatever unpickling a foreign phase comes to
+    except Exception as error:  # any error of unpickling a foreign phase
         text = f"the phase cannot be loaded in a process of its own ({error}): judge it in this process"
         send({"raised": Refused(text)})
         return
@@ -285,7 +285,7 @@ def main() -> None:
             plugin.__name__ = name
             registry().add(plugin)
         server = make(subject, send)
-        gc.freeze()  # what is loaded by now stays: to look through it takes a tenth of a second each time
+        gc.freeze()  # present objects stay: a collection over them takes a tenth of a second each time
         calls: queue.SimpleQueue[tuple[bool, Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
         threading.Thread(target=_listen, args=(link, calls, folder), daemon=True).start()
         while True:
@@ -297,15 +297,15 @@ def main() -> None:
                 leave_without_memory(error)
                 found = {"raised": next(kind for kind in RAISED if isinstance(error, kind))(str(error))}
             send(found)
-    except Exception as error:  # what a phase raises is a result: this is an error of the kit
+    except Exception as error:  # an error of a phase is a result: this is an error of the kit
         leave_without_memory(error)
         send({"trace": traceback.format_exc()})
         raise
 
 
 def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any], folder: str) -> None:
-    """Passes on the calls that the other process sends; ends this one, and removes its folder, when that has
-    closed its end: a process that was killed, or a worker of pytest-xdist, removes nothing at its exit."""
+    """Passes on the calls of the other process; when that has closed its end, ends this one and removes its
+    folder: a killed process, or a worker of pytest-xdist, removes nothing at its exit."""
     with contextlib.suppress(EOFError, OSError):
         while True:
             calls.put(pickle.load(link))
@@ -314,7 +314,7 @@ def _listen(link: BinaryIO, calls: queue.SimpleQueue[Any], folder: str) -> None:
 
 
 def leave_without_memory(error: BaseException | None) -> None:
-    """Ends this process where an error, or one that it comes from, is that there is no more memory."""
+    """Ends this process if an error, or a cause of it, is a lack of memory."""
     while error is not None:
         if isinstance(error, MemoryError):
             os._exit(NO_MEMORY)

@@ -1,7 +1,7 @@
-"""What an engine is asked over a pipe: the contacts of a whole run, the candidate pairs of a sequence of
+"""The questions to an engine over a pipe: the contacts of a whole run, the candidate pairs of a sequence of
 moments, or the time at which two bodies meet. A question makes cases of the kit's scenes, of one line or
-several, each with an answer. All verdicts follow from the numbers as they are sent: nothing is compared with
-a tolerance that the author did not choose."""
+several, each with an answer. All verdicts follow from the numbers as sent: no comparison has a tolerance that
+the author did not choose."""
 
 import json
 import math
@@ -42,22 +42,22 @@ WITHOUT: dict[str, Any] = {"responses": {}, "commands": (), "turns": (), "mass":
 """Keys that an engine may refuse by name, and their values in a scene without them."""
 
 SHORTENINGS, MOMENTS = 20, 12
-"""How often a scene with too many contacts is shortened; moments of a scene at which pairs are asked."""
+"""The most shortenings of a scene with too many contacts; moments of a scene for candidate pairs."""
 
 FORESEEN = 1000.0
-"""Time units of a cast at most: a contact is foreseen up to 1,024 after the later anchor."""
+"""The most time units of a cast: a contact is foreseen up to 1,024 after the later anchor."""
 
 VIEWS, NEARBY = ((1.0, 0.0), (2.0, 0.0), (1.0 + 2.0**-30, 1.0 / 3.0)), 1024.0
-"""How many times as large a body is in a case, and by what part of the largest all are moved if they are so
-many radii from the origin at most: twice as large they overlap; what touches overlaps by 1e-9, which single
-precision does not tell."""
+"""The factors of a body's size in a case; and the part of the largest body by which all are moved, if they
+are at most so many radii from the origin. Twice as large they overlap; touching bodies overlap by 1e-9, which
+is not visible in single precision."""
 
 DISTURBED, CASTS, FAR = 1000.0, 20, 2
-"""Which part of the distance a disturbance has; pairs of a scene that are cast, and those that are far."""
+"""The distance over a disturbance of it; the numbers of cast pairs of a scene, and of far pairs."""
 
 NOTHING = np.zeros((0, 4))
 Row = tuple[float, ...]
-"""A contact of an answer: epoch, tick, a, b, or, where times are compared, time, a, b."""
+"""A contact of an answer: epoch, tick, a, b, or, if times are compared, time, a, b."""
 
 EXACT, TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
 
@@ -67,7 +67,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class Form:
-    """The form of an answer: the key of its value, how that is written, and its type."""
+    """The form of an answer: the key of its value, its notation, and its type."""
 
     def __init__(self, key: str, shown: str, kind: Any) -> None:
         self.key, self.shown = key, shown
@@ -88,8 +88,8 @@ class Form:
 
 
 class Exchange(NamedTuple):
-    """A line for an engine, the form of its answer, and ``judge``, which returns what is wrong with what a
-    value says. ``right`` is the reference's, and ``case`` the case up to this line."""
+    """A line for an engine, the form of its answer, and ``judge``, which returns the fault of a value in
+    words. ``right`` is the reference's value, and ``case`` the case up to this line."""
 
     line: bytes
     form: Form
@@ -99,9 +99,9 @@ class Exchange(NamedTuple):
 
 
 class Question(ABC):
-    """What an engine is asked. ``within`` is the distance within which times are right, where there is one,
-    and ``most`` the limit of contacts of a run. ``sums`` counts what ``told`` puts into words, first what was
-    compared; ``keys`` are those that a line may have, each of which is something that an engine can do."""
+    """A question to an engine. ``within`` is the allowed distance of times, if any, and ``most`` the limit of
+    contacts of a run. ``sums`` has the counts that ``told`` puts into words, first the number of comparisons;
+    ``keys`` are the possible keys of a line, each a capability of an engine."""
 
     told = ""
     keys: tuple[str, ...] = ("shapes",)
@@ -130,10 +130,10 @@ class Question(ABC):
 class Contacts(Question):
     """All contacts of a run, as ticks, or, ``within`` a distance, as times.
 
-    The comparison within a distance ends where errors have grown too large: before the first contact that is
-    not within half of it where the scene is disturbed by a thousandth of the distance; and before two
-    contacts of one body within it, whose order decides the rest. Bodies are smaller by the distance than
-    drawn: where they touch at the start, or slide along each other, none could be disturbed.
+    The comparison within a distance ends when errors have grown too large: before the first contact that a
+    disturbance of the scene by a thousandth of the distance moves by more than half of the distance; and
+    before two contacts of one body within it, whose order decides the rest. Bodies are smaller by the
+    distance than drawn: bodies that touch at the start, or slide along each other, could not be disturbed.
     """
 
     told = "{:,} of {:,} contacts compared ({:.0%}){}"
@@ -141,7 +141,7 @@ class Contacts(Question):
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
         """Yields the scene."""
-        if self.within is not None:  # one tie ends the comparison of all: of lattices the first few are sent
+        if self.within is not None:  # one tie ends the comparison of all: few lattices are sent
             scene = only_bodies(scene, np.arange(16)) if len(scene) > 400 else scene
             scene = resized(scene, 1.0 - self.within)
         yield scene
@@ -179,8 +179,8 @@ TIMED_CONTACTS = Form("contacts", "[[time, a, b], ...]", list[tuple[Finite, Body
 
 
 def _tables(scene: Scene) -> dict[str, Any]:
-    """Returns what is sent of a scene: without rules for kinds that no body has, which are for the kit's own
-    loops, and without kinds where no rule is left."""
+    """Returns the scene to be sent: without rules for kinds that no body has, which are for the kit's own
+    loops, and without kinds if no rule is left."""
     tables = tomllib.loads(dumps_scene(scene))
     commands = tables.get("commands", ())
     rows = [*tables.get("bodies", ()), *(each["insert"] for each in commands if "insert" in each)]
@@ -199,7 +199,7 @@ def _tables(scene: Scene) -> dict[str, Any]:
 
 
 def without(case: Any, keys: Collection[str]) -> Any:
-    """Returns a case without what an engine has refused by these keys, as far as there is such a scene."""
+    """Returns a case without the features that an engine has refused by these keys, if possible."""
     for key in WITHOUT.keys() & keys if isinstance(case, Scene) else ():
         with suppress(SceneError):
             case = case.replace(**{key: WITHOUT[key]})
@@ -211,8 +211,8 @@ def _line(value: object) -> bytes:
 
 
 def reference_contacts(scene: Scene, most: int) -> tuple[Scene, Rows] | None:
-    """Returns a scene with its contacts by the reference. A scene that has ``most`` and more, or that jams,
-    is made to end sooner; None: it has too many at its start."""
+    """Returns a scene with its contacts by the reference. A scene with ``most`` contacts and more, or that
+    jams, is shortened; returns None if it has too many at its start."""
     scene = ended_at(scene, horizon(scene))
     for _ in range(SHORTENINGS):
         run = outcome(Subject(REFERENCE, {}).reference, scene, most)
@@ -224,8 +224,8 @@ def reference_contacts(scene: Scene, most: int) -> tuple[Scene, Rows] | None:
 
 
 def difference(scene: Scene, found: Sequence[Row], expected: Rows) -> str | None:
-    """Returns where an engine's contacts first differ from the reference's, in a sentence, and which contact
-    is right by the specification, where that decides it quickly; None: nowhere."""
+    """Returns the first difference of an engine's contacts from the reference's, in a sentence, and the right
+    contact by the specification, if that is decided quickly; None without a difference."""
     right = expected[EXACT]
     for at, (mine, theirs) in enumerate(zip_longest(found, right.tolist())):
         if mine != theirs:
@@ -247,15 +247,15 @@ def _contact(row: Row) -> str:
 
 
 def _near(scene: Scene, within: float, one: float, other: float) -> bool:
-    """Whether two times are within a distance, relative to that from the start, or to the unit of time."""
+    """Returns True if two times are within a distance, in units of the time since the start, or the unit."""
     return abs(one - other) <= within * max(abs(one - scene.start), abs(other - scene.start), scene.time_unit)
 
 
 def parting(
     found: Sequence[Row], right: Sequence[Row], near: Callable[[float, float], bool], end: float
 ) -> tuple[float, str] | None:
-    """Returns when contacts [time, a, b] first differ from the right ones before an ``end``, and how, or
-    None; near each other in any order: the k-th of two bodies is near the k-th of the same two."""
+    """Returns the time of the first difference of contacts [time, a, b] from the right ones before ``end``,
+    and its kind, or None. The order of near contacts is free; the k-th of each two bodies are compared."""
     latest = -math.inf
     for at, row in enumerate(found):
         if row[0] < min(latest, end) and not near(row[0], latest):
@@ -278,7 +278,7 @@ def parting(
 
 
 def compared_until(scene: Scene, expected: Rows, within: float) -> float:
-    """Returns the time before which contacts within a distance of the reference's are to be expected."""
+    """Returns the time until which contacts are expected within a distance of the reference's."""
     right: list[Row] = expected[TIMED].tolist()
     end = horizon(scene)
     last: dict[float, float] = {}
@@ -298,8 +298,8 @@ def compared_until(scene: Scene, expected: Rows, within: float) -> float:
 
 
 def disturbed(scene: Scene, by: float) -> Scene:
-    """Returns a scene whose sizes are off by so much, and whose places and velocities are by up to so much at
-    random: places of the farthest, as rounding does it, and velocities that are equal alike."""
+    """Returns a scene whose sizes are off by a factor, and whose places and velocities by up to as much at
+    random: places relative to the farthest, like rounding, and equal velocities by the same amount."""
     random = np.random.default_rng(0)
     different, which = np.unique(scene.velocity, axis=0, return_inverse=True)
     velocity = (different * (1.0 + by * random.uniform(-1.0, 1.0, different.shape)))[which.reshape(-1)]
@@ -335,20 +335,20 @@ class Moments:
 
 
 class Pairs(Question):
-    """Candidate pairs at each of some moments: all that touch, each once, and no body that is not there."""
+    """Candidate pairs at each of some moments: all touching pairs, each once, and only present bodies."""
 
     told = "{1:,} candidate pairs for {0:,} that touch"
     keys = ("discs", "boxes")
 
     def cases(self, scene: Scene) -> Iterator[Moments]:
-        """Yields moments of the reference's run of a scene, as the ``VIEWS`` are: the start, times at equal
-        distances, and the first contact after each, as far as it comes."""
+        """Yields moments of the reference's run of a scene, in the form of ``VIEWS``: the start, times at
+        equal distances, and the first contact after each, until the run ends."""
         sim = Subject(REFERENCE, {}).reference.simulation(scene)
         found: list[list[dict[int, tuple[float, ...]]]] = [[] for _ in VIEWS]
         size = scene.radius.max(initial=0.0)
         for part in range(MOMENTS + 1):
             end = scene.start + part / MOMENTS * (horizon(scene) - scene.start)
-            with suppress(KinetileError):  # where it jams, it goes no further
+            with suppress(KinetileError):  # a jam ends the run
                 sim.run(until=max(end, sim.time), max_contacts=CONTACTS if part % 2 == 0 else 1)
             far = np.abs(sim.positions()).max(initial=0.0) > NEARBY * size
             for (growth, aside), moments in zip(VIEWS, found, strict=True):
@@ -363,7 +363,7 @@ class Pairs(Question):
             yield Moments("boxes" if scene.shapes else "discs", tuple(moments))
 
     def exchanges(self, case: Moments) -> Iterator[Exchange]:
-        """Yields a line for each moment, the first of which has number 0."""
+        """Yields a line for each moment, numbered from 0."""
         for at, bodies in enumerate(case.moments):
             right = touching(bodies)
             line = _line({"moment": at, case.key: [[number, *row] for number, row in bodies.items()]})
@@ -410,7 +410,7 @@ def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
         touch = ((low[a] <= high[b]) & (low[b] <= high[a])).all(axis=1)
     else:
         apart, reach = np.hypot(*(rows[a, :2] - rows[b, :2]).T), rows[a, 2] + rows[b, 2]
-        close = np.abs(apart - reach) <= 1e-12 * reach + 1e-300  # far more than rounding does to either
+        close = np.abs(apart - reach) <= 1e-12 * reach + 1e-300  # far more than the rounding of either
         touch = (apart < reach) & ~close
         for at in np.flatnonzero(close).tolist():
             (x, y, r), (z, w, s) = (map(Fraction, rows[i].tolist()) for i in (a[at], b[at]))
@@ -419,13 +419,13 @@ def touching(bodies: Mapping[int, tuple[float, ...]]) -> list[tuple[int, int]]:
 
 
 class Casts(Question):
-    """The time at which two bodies meet that fly from time 0 on, up to an end, or None: right within the
-    distance of those with radii smaller, or larger, by the distance: a graze is early, late or none."""
+    """The contact time of two bodies that fly from time 0 to an end, or None: right within the distance of
+    the times for radii smaller, or larger, by the distance: a graze may be early, late or absent."""
 
     told = "{:,} of {:,} meet"
 
     def cases(self, scene: Scene) -> Iterator[Scene]:
-        """Yields scenes of two bodies, those that meet, or would if they were larger, and a few others."""
+        """Yields scenes of two bodies: pairs that meet, or would meet if larger, and a few others."""
         end = Settings(until=min(horizon(scene) - scene.start, FORESEEN * scene.time_unit))
         bare = scene.replace(commands=(), arena=None, start=0.0, settings=end)
         met = outcome(Subject(REFERENCE, {}).reference, scene, self.most).contacts[["a", "b"]].tolist()
@@ -475,7 +475,7 @@ def _when(time: float | None) -> str:
 
 
 def meeting(scene: Scene, by: float, before: float) -> float | None:
-    """Returns when two bodies, larger by a factor, that begin ``before`` time 0 meet; None: never."""
+    """Returns the contact time of two bodies, larger by a factor, that begin ``before`` time 0; or None."""
     bits = unit_bits(scene)
     frame = Frame(None, bits)
     places = positions_after(Plan.of_vectors(scene.position, scene.velocity), -before)

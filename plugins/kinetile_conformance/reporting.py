@@ -1,4 +1,4 @@
-"""The report: what was checked, what was seen, and what to do with it."""
+"""The report: the checks, their results, and advice for failures."""
 
 import re
 import tomllib
@@ -19,16 +19,16 @@ OFTEN = "often: "
 SYMPTOMS: dict[str, dict[str, Any]] = tomllib.loads(
     Path(__file__).with_name("symptoms.toml").read_text(encoding="utf-8")
 )
-"""What is ``often`` wrong where one of these ``checks`` (none: any) fails in words in which the regular
-expression ``pattern`` is found, of ``kinds`` (none: broad), the more particular rows first: the same few
-mistakes cause most symptoms."""
+"""The mistake that is ``often`` the cause if one of these ``checks`` (none: any) fails with a message that
+the regular expression ``pattern`` finds, for ``kinds`` (none: broad). Special rows are first; few mistakes
+cause most symptoms."""
 
 
 @dataclass(frozen=True)
 class Result:
     """The result of one check: passed, failed, skipped, died (the process did not survive it), or not judged
-    (its time was up). ``seconds`` are CPU seconds without compiling, by the clock where it died; ``verdict``
-    says which phase a failure speaks against, ``asked`` has the keys of lines that a program has answered."""
+    (its time was up). ``seconds`` are CPU seconds without compiling, by the clock if it died; ``verdict``
+    names the phase that a failure is against, ``asked`` has the keys of lines that a program has answered."""
 
     check: str
     sentence: str
@@ -44,7 +44,7 @@ class Result:
 
     @property
     def ok(self) -> bool:
-        """Whether this is as it should be."""
+        """True for a correct result."""
         return self.status in ("passed", "skipped")
 
 
@@ -60,13 +60,13 @@ class Report:
 
     @property
     def failed(self) -> tuple[Result, ...]:
-        """The results that fail; first those of the phase's own audit, from which the others follow."""
+        """The results that fail; first failures of the phase's own audit, which cause the others."""
         failed = (result for result in self.results if not result.ok and result.status != "not judged")
         return tuple(sorted(failed, key=lambda result: OWN not in result.said))
 
     @property
     def not_judged(self) -> str:
-        """Why the phase is not judged, where no fault was seen; "" where everything was judged."""
+        """The reason why the phase is not judged, if no fault was found; "" if everything was judged."""
         open_ = [result.check for result in self.results if result.status == "not judged"]
         if open_:
             return f"no fault was seen, and {', '.join(open_)} not judged"
@@ -80,22 +80,22 @@ class Report:
 
     @property
     def conforms(self) -> bool | None:
-        """Whether the phase conforms; None where no fault was seen and not everything was judged."""
+        """True if the phase conforms; None if no fault was found and not everything was judged."""
         return False if self.failed else None if self.not_judged else True
 
     @property
     def ok(self) -> bool:
-        """Whether the phase conforms."""
+        """True if the phase conforms."""
         return self.conforms is True
 
     @property
     def limits(self) -> str:
-        """What a verdict that it conforms does not cover, as the sentence goes on."""
+        """The part that a verdict of conformance does not cover, as the end of its sentence."""
         return ""
 
     @property
     def in_doubt(self) -> bool:
-        """Whether some failure is as much the reference's as the phase's."""
+        """True if some failure is as much the reference's as the phase's."""
         return any("in doubt" in result.verdict for result in self.results)
 
     @property
@@ -135,7 +135,7 @@ class Report:
 
     @property
     def label(self) -> str:
-        """What is judged, without what is judged with it."""
+        """The judged part, without the parts that are judged with it."""
         return self.subject.label
 
     @property
@@ -146,7 +146,7 @@ class Report:
 
     @property
     def foot(self) -> str:
-        """The lines below the results: notes, and whether the phase conforms."""
+        """The lines below the results: notes, and the verdict."""
         spent = sum(result.seconds for result in self.results)
         verdict = f"conforms ({spent:.0f} CPU s, {self.seconds:.0f} s){self.limits}"
         if self.not_judged:
@@ -165,7 +165,7 @@ class Report:
         return "\n".join([*lines, f"{' with '.join([self.subject.name, *self.subject.beside])} {verdict}"])
 
     def lines(self, result: Result, wide: int) -> list[str]:
-        """Returns the lines of one result, the name of its check padded to a width, but of skipped ones."""
+        """Returns the lines of one result, with its check's name padded to a width unless it is skipped."""
         if result.status == "skipped":
             return []
         scenes = f"{result.scenes:7,} {'scene ' if result.scenes == 1 else 'scenes'}"
@@ -193,15 +193,15 @@ class Report:
 
 
 def likely(check: str, text: str, kind: str = "broad") -> str:
-    """Returns what authors of this kind of thing, broad, pair or response, usually did wrong where this check
-    says so; "" where no row applies."""
+    """Returns the usual mistake of authors of this kind, broad, pair or response, if this check fails with
+    these words; "" if no row applies."""
     rows = (row for row in SYMPTOMS.values() if check in row.get("checks", [check]))
     own = (row for row in rows if kind in row.get("kinds", ["broad"]))
     return next((row["often"] for row in own if re.search(row["pattern"], text)), "")
 
 
 def diagnosed(check: str, text: str, subject: Subject) -> list[str]:
-    """Returns the line that ends such a failure, if there is one: a guess from experience."""
+    """Returns the last line of such a failure, if there is one: a guess from experience."""
     kind = "response" if subject.response else "broad" if subject.pair is None else "pair"
     often = likely(check, text, kind)
     return [f"{OFTEN}{often}"] if often else []

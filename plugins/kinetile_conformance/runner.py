@@ -1,7 +1,7 @@
-"""The runner: runs checks on scenes, one check after the other, minimises what fails, and gives a verdict.
+"""The runner: runs checks on scenes, one check after the other, minimises failures, and gives a verdict.
 
-``Runner`` works in this process; ``kinetile_conformance.isolated`` has one work in a child process.
-``Options`` are what a caller may choose; a ``JudgingPlan`` has them checked and completed.
+``Runner`` works in this process; ``kinetile_conformance.isolated`` runs one in a child process. ``Options``
+are the choices of a caller; a ``JudgingPlan`` has them checked and completed.
 """
 
 import math
@@ -34,7 +34,7 @@ MEMORY, REDUCING, QUICKLY = 4 << 30, 20.0, 3.0
 as Python."""
 
 KEPT, AGAIN = 400, 5
-"""Outcomes of the reference that are kept, for checks that share scenes; repetitions of a failed check."""
+"""Kept outcomes of the reference, for checks that share scenes; repetitions of a failed check."""
 
 
 OnScene = Callable[[str, int], None]
@@ -58,7 +58,7 @@ SAMPLES = (
 
 
 SLIPS = NameError, AttributeError, TypeError
-"""Errors of a hook that are the compiler's, and the interpreter's when it comes to the line."""
+"""Errors of a hook that the compiler raises, and the interpreter at the line."""
 
 
 class Options(TypedDict, total=False):
@@ -66,19 +66,19 @@ class Options(TypedDict, total=False):
 
     Attributes:
         options: the phase's options.
-        narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each takes the
-            place of the usual one of its role.
-        response: a response that is judged with it: the answer to all contacts for which a scene has none.
+        narrow_phases: narrow phases that are judged with it, by name, perhaps with options; each replaces the
+            usual one of its role.
+        response: a response that is judged with it: for all contacts without a response in the scene.
         examples: scenes drawn for each check; ``EXAMPLES``.
         checks: names of the checks to run; None: all that apply.
-        save_to: a folder for the scenes that fail, as TOML; None: they are not saved.
-        shrink: whether to search for the smallest scene that fails; True.
+        save_to: a folder for failing scenes, as TOML; None: they are not saved.
+        shrink: True to search for the smallest failing scene; True.
         seed: the seed of the drawing; the same seed draws the same scenes; 0.
         seconds: CPU seconds, without compiling, for a check of up to ``EXAMPLES`` scenes, in proportion for
             more; ``SECONDS``.
         in_process: judge in the calling process, for a debugger: then nothing ends an endless loop in a hook,
             and a crash is one of this process; False.
-        memory: bytes that a child may take beyond what it begins with, where the system can tell; ``MEMORY``.
+        memory: bytes that a child may add to its memory at the start, if the system can limit it; ``MEMORY``.
         on_result: called after each check, with its result.
         on_scene: called for each scene that a child or a program judges (``OnScene``).
     """
@@ -99,13 +99,13 @@ class Options(TypedDict, total=False):
 
 
 OF_OTHERS = {"options", "narrow_phases", "response", "on_result", "on_scene"}
-"""The options that make the phases under test, and those that are called."""
+"""The options that make the phases under test, and the options that are called."""
 
 
 @dataclass(frozen=True)
 class JudgingPlan:
-    """The options of a conformance run, checked and completed, and the phases under test. ``seconds`` are
-    those of one check; ``explains`` is whether a failure is repeated, and tried under other phases."""
+    """The options of a conformance run, checked and completed, and the phases under test. ``seconds`` are for
+    one check; if ``explains`` is true, a failure is repeated, and tried under other phases."""
 
     subject: Subject
     checks: tuple[str, ...] = ()
@@ -122,8 +122,8 @@ class JudgingPlan:
     def of(
         cls, subject: Subject, options: Mapping[str, Any], call: str = "check_broad_phase"
     ) -> "JudgingPlan":
-        """Returns the plan for phases with these ``Options``; those ``OF_OTHERS`` are left out. Raises
-        BadOption for an unknown one of the ``call``, or no examples."""
+        """Returns the plan for phases with these ``Options``, except those in ``OF_OTHERS``. Raises BadOption
+        for an unknown option of the ``call``, or no examples."""
         known = [*Options.__annotations__, "explains"]
         for odd in options.keys() - {*known}:
             raise BadOption(f"{call} has no argument {odd!r}; expected {one_of(odd, known)}")
@@ -168,8 +168,8 @@ class JudgingPlan:
 
 
 def reference_of(subject: Subject) -> Reference:
-    """Returns what runs scenes under the reference, with the narrow phases under test. It keeps the last
-    outcomes, for checks that share a scene: by its identity, for a phase may have written to it since."""
+    """Returns a function that runs scenes under the reference, with the narrow phases under test. It keeps
+    the last outcomes, for checks that share a scene: by identity, for a phase may have written to it."""
     kept: dict[tuple[int, int], tuple[Scene, RunOutcome]] = {}
 
     def reference(scene: Scene, contacts: int = CONTACTS) -> RunOutcome:
@@ -184,7 +184,7 @@ def reference_of(subject: Subject) -> Reference:
 
 
 def applicable(subject: Subject, each: Check) -> str | None:
-    """Returns why a check does not apply to phases; None where it does."""
+    """Returns the reason why a check does not apply to phases; None if it does."""
     if each.judges == "broad" and subject.beside:
         return f"for a broad phase alone: judge it without a {next(iter(subject.beside.values()))} named"
     if not each.strategy and subject.response is not None:
@@ -201,11 +201,11 @@ def applicable(subject: Subject, each: Check) -> str | None:
 
 @dataclass
 class CheckRun:
-    """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest; the
-    ``number`` is that of the scene as it was drawn."""
+    """One check on one phase, scene after scene: counts, refusals, and the last failure, the smallest;
+    ``number`` is the number of the scene as drawn."""
 
     failures: ClassVar[tuple[type[Exception], ...]] = (Exception,)
-    """Errors that are a failure of the check, as whatever a foreign phase raises is; others end the run."""
+    """Errors that are a failure of the check, as any error of a foreign phase; others end the run."""
 
     each: Check
     subject: Subject
@@ -223,11 +223,11 @@ class CheckRun:
         self._reference = self.reference or reference_of(self.subject)
 
     def look(self, scene: Any) -> None:
-        """Runs the check on a scene; raises Disagreement, or Refused where the phase refuses it."""
+        """Runs the check on a scene; raises Disagreement, or Refused if the phase refuses it."""
         self.each.run(self.subject, scene, self._reference, self.number)
 
     def holds(self, scene: Any) -> bool:
-        """Runs the check on a scene; returns False where it fails. A scene that the phase refuses holds."""
+        """Runs the check on a scene; returns False if it fails. A scene that the phase refuses passes."""
         if spent() > self.end:
             raise TimeIsUp  # before the scene counts
         self.count += 1
@@ -268,9 +268,9 @@ class Runner:
 
     def smoke_test(self) -> None:
         """Loads a phase, compiles it, unless it is to run as Python, for the first sample that it does not
-        refuse, and runs it on that, however that ends. Raises NotJudged where it does not load, a part of it
-        raises, or its hooks are plain functions, do not compile or have a slip, with the place; UnknownName,
-        BadOption; and Refused where it refuses all."""
+        refuse, and runs it on that sample, with any result. Raises NotJudged, with the place, if it does not
+        load, a part of it raises, or its hooks are plain functions, do not compile or have a mistake;
+        UnknownName, BadOption; and Refused if it refuses all samples."""
         refusals = []
         for scene in SAMPLES:
             try:
@@ -300,8 +300,8 @@ class Runner:
         return CheckRun(check_named(name), self.subject).holds(scene)
 
     def verdict(self, name: str, scene: Scene) -> str:
-        """Runs a failing check under kinetile's own other phases; returns which phase the failure speaks
-        against. Those of other distributions would have to be compiled, and could hang or crash."""
+        """Runs a failing check under kinetile's own other phases; returns the phase that the failure is
+        against. Phases of other distributions would have to be compiled, and could hang or crash."""
         each, subject = check_named(name), self.subject
         named, kinds = ", ".join(subject.beside), [*subject.beside.values()]
         suspect = f"suspect the {kinds[0]}, {named}" if kinds else "the reference is in doubt"
@@ -319,7 +319,7 @@ class Runner:
         return f"only {subject.name}" + (f"; {fine} agree with the reference" if fine else "")
 
     def run(self, name: str, most: int | None = None) -> Result:
-        """Runs the check of a name on its scenes, or as many of them, and returns its result."""
+        """Runs the check of a name on its scenes, or on a number of them, and returns its result."""
         each = check_named(name)
         skipped = applicable(self.subject, each)
         if skipped is not None:
@@ -346,7 +346,7 @@ class Runner:
         return replace(result, seconds=spent() - began)
 
     def _scenes(self, run: CheckRun) -> Iterator[Scene | Refused]:
-        """Yields the scenes of a check; drawing them takes nothing of its time."""
+        """Yields the scenes of a check; drawing them does not count as its time."""
         scenes = self._drawing.scenes(run.each)
         for run.number in count(1):
             began = spent()
@@ -371,7 +371,7 @@ class Runner:
         return replace(result, verdict=self.verdict(each.replay or each.name, scene))
 
     def _how_often(self, run: CheckRun) -> Iterator[str]:
-        """Repeats the check on the scene on which it failed; yields a line where it does not always fail."""
+        """Repeats the check on the failing scene; yields a line if it does not always fail."""
         if run.scene is None or not run.each.strategy:
             return
         again, times = CheckRun(run.each, self.subject, seconds=self.plan.seconds), 0

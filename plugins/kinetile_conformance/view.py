@@ -1,4 +1,4 @@
-"""A page of the player that shows a failing case, and opens where two runs differ."""
+"""A page of the player that shows a failing case, and opens at the first difference of two runs."""
 
 import os
 from pathlib import Path
@@ -11,9 +11,9 @@ from kinetile_conformance.cases import CONTACTS, REFERENCE, Subject, horizon, lo
 def view_saved(
     path: str | os.PathLike[str], tested: ShownPhase | None = None, *, until: float | None = None
 ) -> View | None:
-    """Returns a view of a saved case, which opens where the phase under test (``tested``, or the one that
-    the file names) differs from the reference; None of any other scene. Raises BadOption where there is no
-    such phase, and UnknownName where it is not registered here."""
+    """Returns a view of a saved case, which opens at the first difference of the phase under test
+    (``tested``, or the phase that the file names) from the reference; None for any other scene. Raises
+    BadOption if there is no such phase, and UnknownName if it is not registered here."""
     path = Path(path)
     case = load_case(path)
     if case.check is None:

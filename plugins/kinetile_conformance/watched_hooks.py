@@ -1,11 +1,11 @@
 """A broad phase with watched hooks, interpreted: it prepares the phase under test, and calls its hooks.
 
-An index too large is other memory where it is compiled; interpreted, NumPy raises. One below zero, which
-counts from the end, is a mistake in the kernel's tables: there hooks have views that raise. Before and after
-each hook, all that it may not change is compared, byte for byte. It may change its state, ``k.near``, and
-what the functions of the toolbox change for it. ``schedule`` sets a certificate: each time it counts it, and,
-but for the body whose hook is running, it leaves the body among the offers to be settled. So a certificate
-that differs without such an offer was written by something else.
+If compiled, an index too large reads other memory; interpreted, NumPy raises. An index below zero, which
+counts from the end, is a mistake in the kernel's tables: hooks get views of them that raise. All data that a
+hook may not change are compared before and after it, byte for byte. It may change its state, ``k.near``, and
+the data that functions of the toolbox change for it. ``schedule`` sets a certificate and counts each call.
+Unless the body's own hook is running, it also puts the body among the offers to be settled. So a certificate
+that differs without such an offer was not written by ``schedule``.
 """
 
 import linecache
@@ -32,8 +32,8 @@ WATCHED = "_watched"
 
 
 def unmarked(parts: BroadPhaseParts) -> Iterator[str]:
-    """Yields functions of an author that are hooks, or are called by hooks, and are not marked: the compiler
-    refuses them, and the interpreter calls them."""
+    """Yields functions of an author that are hooks, or are called by hooks, and are not marked as such: the
+    compiler refuses them, and the interpreter calls them."""
     left = [getattr(parts, name) for name in STRICT]
     seen: set[Any] = set()
     while left:
@@ -54,11 +54,11 @@ def unmarked(parts: BroadPhaseParts) -> Iterator[str]:
 
 
 class Breach(Exception):
-    """A hook does what it must not; the message names the hook, what it touched, and where."""
+    """A hook breaks a rule; the message names the hook, the data that it touched, and the place."""
 
 
 class _Strict(np.recarray[Any, Any]):
-    """A table in which nothing is found by an index below zero; what is cut from it is not so strict."""
+    """A table that refuses an index below zero; slices of it are not so strict."""
 
     strict = False
 
@@ -102,12 +102,12 @@ HOOKS = {
     **dict.fromkeys(("near", "arrange", "audit"), ONLY_NAMES),
     "soon": {},
 }
-"""What each hook may change of the kernel's tables; of none but the state it may change anything else."""
+"""The fields of the kernel's tables that each hook may change, beside its state."""
 
 ONLY_GROW = {"clock": ("lists.offered", "lists.wanted"), "counts": ("updated", "pairs_max", "late")}
 
 USED = {"offers": "offered", "met": "logged", "log": "written"}
-"""Of a list, how much of it is in use: what is there already, no hook may change."""
+"""The used part of each list: no hook may change its present entries."""
 
 Before = dict[str, tuple[Any, Any]]
 """Arrays and their copies from before a hook, by name."""
@@ -126,7 +126,7 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 
 
 def before(hook: str, k: Kernel, s: Any, scene: Scene) -> Before:
-    """Returns what a hook may not change in whole, as it is now: tables in use, the scene, and its state."""
+    """Returns the present data that a hook may not change in whole: used tables, the scene, and its state."""
     lists, may = k.clock[0].lists, HOOKS[hook]
     used = {name: int(getattr(lists, field)) for name, field in USED.items()}
     tables = {name: table[: used.get(name)] for name, table in k._asdict().items()}
@@ -136,7 +136,7 @@ def before(hook: str, k: Kernel, s: Any, scene: Scene) -> Before:
 
 
 def breaches(hook: str, before: Before, k: Kernel) -> Iterator[str]:
-    """Yields what a hook has changed and may not, now that it has returned."""
+    """Yields the forbidden changes of a hook after its return."""
     may = HOOKS[hook]
     for name, (now, was) in before.items():
         yield from changed(name, now, was, may.get(name, ()))
@@ -149,7 +149,7 @@ def breaches(hook: str, before: Before, k: Kernel) -> Iterator[str]:
 
 
 def changed(name: str, now: Any, was: Any, may: Iterable[str | None] = ()) -> Iterator[str]:
-    """Yields, for each field of an array that may not change and has, the first row in which it did."""
+    """Yields the first changed row of each field of an array that changed and must not."""
     if was.tobytes() == now.tobytes():
         return
     for field in fields_in(now.dtype) or (None,):
@@ -207,7 +207,7 @@ class Watched:
             audit = parts.audit
             hooks["audit"] = wraps(audit)(lambda k, s: list(audit(k, s)))
         watched: dict[str, Any] = {name: self._watched(name, hook, scene) for name, hook in hooks.items()}
-        if "soon" in watched:  # a loop calls it in large scenes alone
+        if "soon" in watched:  # a loop calls it only in large scenes
             near, soon = watched["near"], watched["soon"]
 
             def both(k: Kernel, s: Any, body: int) -> Any:
@@ -242,8 +242,8 @@ class Watched:
 
 
 def watch_hooks(subject: Subject, scene: Scene) -> str | None:
-    """Runs a phase on a scene with every hook watched; returns what was seen first, None where nothing was.
-    Raises Refused where the phase cannot do the scene."""
+    """Runs a phase on a scene with every hook watched; returns the first breach, or None. Raises Refused if
+    the phase refuses the scene."""
     watched = Watched(subject)
     phase = type("Phase", (), {"prepare": staticmethod(watched.prepare)})
     plugin = PhasePlugin(BroadPhaseSpec(WATCHED, phase))

@@ -1,4 +1,4 @@
-"""The built-in observables, registered like those of any plugin; each is imported when it is selected."""
+"""The built-in observables, registered as by any plugin; each is imported when it is selected."""
 
 from kinetile import ObservableSpec, hookimpl
 

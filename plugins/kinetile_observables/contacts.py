@@ -2,15 +2,15 @@
 
 P A = N kT + (sum of d . J) / (2 t), with the area A, and for each contact in the time t the momentum J and
 the vector d from centre to centre, or from the centre to the wall. kT = 2 K / n follows from the kinetic
-energy K of n degrees of freedom (``Temperature``). The sum has two exact estimators. *Impulses* are added up
-as they are: right for any scene, and in need of velocities before a contact. *Counts*: while all contacts are
+energy K of n degrees of freedom (``Temperature``). The sum has two exact estimators. *Impulses* are added
+directly: right for any scene, but they need the velocities before a contact. *Counts*: while all contacts are
 elastic, the velocities in equilibrium, in units of 1/sqrt(mass), are a point on a sphere of n dimensions. So
 the mean of J at a contact follows from the masses alone:
 
     <J>/kT = 2 F sqrt(mu), F = sqrt(pi) Gamma((n + 1)/2) / Gamma(n/2) / sqrt(2 K)
 
-with the reduced mass mu, at a wall the body's mass. For equal discs these are the estimators of Li et al., J.
-Chem. Phys. 157, 234111 (2022), for walls, and the same on a torus. Before equilibrium they are wrong.
+with the reduced mass mu, at a wall the body's mass. For equal discs, the estimators of Li et al., J. Chem.
+Phys. 157, 234111 (2022), for walls, are the same, also on a torus. Before equilibrium counts are wrong.
 """
 
 import math
@@ -28,8 +28,8 @@ class Pressure(Observable):
     """``P`` by the virial of all contacts, the mean over the arena, ``kT`` beside it, ``P/kT``, ``Z`` =
     P A / (N kT), and the pressure on each wall, such as ``P_bottom``.
 
-    ``by`` is "counts" or "impulses" (see the module); by default counts, where all bodies are discs
-    and all contacts are elastic.
+    ``by`` is "counts" or "impulses" (see the module); by default counts, if all bodies are discs
+    and all contacts are elastic, else impulses.
     """
 
     keeps = ("virial", "at_walls", "energy", "bodies", "movable", "last")
@@ -63,7 +63,7 @@ class Pressure(Observable):
                 "observable 'pressure' needs walls where some bodies are immovable, and this scene is "
                 "periodic along both axes: what is immovable takes up momentum at every contact"
             )
-        # A wall is a body of radius 0 that nothing moves; numbers from -4 to -1 find it at the end.
+        # A wall is an immovable body of radius 0; numbers from -4 to -1 find it at the end.
         self.radius = np.append(scene.radius, np.zeros(4))
         self.inverse_mass = np.append(1.0 / scene.mass, np.zeros(4))
         self.alike = bool((scene.radius == scene.radius[:1]).all() and (scene.mass == scene.mass[:1]).all())
@@ -73,7 +73,7 @@ class Pressure(Observable):
         self.last: float | None = None
 
     def collect(self, collisions: Collisions) -> None:
-        """Adds d . J of contacts, and J of those with walls; by counts in units of 2 kT F."""
+        """Adds d . J of contacts, and J of contacts with walls; by counts in units of 2 kT F."""
         a, b = collisions.a, collisions.b
         walls = b < 0
         if self.by == "impulses":
@@ -135,15 +135,15 @@ class Pressure(Observable):
 
 
 def _added(total: float, terms: Floats) -> float:
-    """Returns a sum and further terms that are not NaN, added one by one: the bits do not depend on how the
-    terms are divided into calls, as those of ``numpy.sum`` would."""
+    """Returns a sum and further terms that are not NaN, added one by one: unlike with ``numpy.sum``, the bits
+    do not depend on the division of the terms into calls."""
     return float(np.cumsum(np.append(total, np.where(np.isnan(terms), 0.0, terms)))[-1])
 
 
 class Rates(Observable):
-    """Contacts a unit of time: of ``pairs`` and with ``walls``, of pairs a body (``Gamma``, each contact
-    counts for both), and of each two kinds, such as ``big-small``, ``big-wall``: those that bodies have when
-    a sample is taken; of passings the beginning counts."""
+    """Contacts in a unit of time: of ``pairs`` and with ``walls``, of pairs for each body (``Gamma``, each
+    contact counts for both), and of each two kinds, such as ``big-small``, ``big-wall``. The kinds are those
+    at the time of the sample; a passing counts once, at its beginning."""
 
     needs = "contacts"
     keeps = ("met", "last")

@@ -9,23 +9,23 @@ from kinetile.arrays import Flags, Floats, Integers
 
 _MOST_PARTS = 10
 _AT_ONCE = 2**16
-"""How many pairs are compared at once, but for those of one place."""
+"""Pairs compared at once, except the pairs of one place, which are never split."""
 
 
 def axes_with_walls(scene: Scene) -> str:
-    """Returns the axes at whose ends there are walls."""
+    """Returns the axes with walls at their ends."""
     return "".join(axis for axis in "xy" if scene.arena and axis not in scene.periodic)
 
 
 def displacement(scene: Scene, apart: Floats) -> Floats:
-    """Returns differences of positions, (..., 2), as those to the nearest image."""
+    """Returns differences of positions, (..., 2), reduced to the nearest images."""
     periods = np.array(scene.periods)
     return np.asarray(apart - np.rint(apart / np.where(periods > 0.0, periods, np.inf)) * periods)
 
 
 def narrowest(scene: Scene) -> Floats:
-    """Returns the width of the narrowest body and the height of the lowest: how much less than the arena's
-    sides the middles of bodies can have; infinite without bodies."""
+    """Returns the width of the narrowest body and the height of the lowest: the differences of the arena's
+    sides from the range of bodies' middles; infinite without bodies."""
     if not scene.shapes:
         return np.full(2, 2.0 * float(scene.radius.min(initial=np.inf)))
     reaches = np.array([scene.shapes[each].reaches for each in scene.shape.tolist()])
@@ -33,10 +33,10 @@ def narrowest(scene: Scene) -> Floats:
 
 
 def inner_motion(moment: Moment) -> tuple[Floats, Floats, Floats]:
-    """Returns of all movable bodies the masses, (n, 1), the velocities less that of their centre of mass,
-    (n, 2), and the degrees of freedom, (n,). kT of all, or of some, is their m v^2 over their degrees. Where
-    no wall takes it, and no immovable body, momentum is kept: along such an axis a body of mass m has, of
-    bodies of mass M together, 1 - m/M of a degree, for in equilibrium <m v^2> = kT (1 - m/M)."""
+    """Returns the masses of all movable bodies, (n, 1), their velocities relative to their centre of mass,
+    (n, 2), and their degrees of freedom, (n,). kT of all, or of some, is their m v^2 over their degrees.
+    Momentum is conserved along an axis without walls if no body is immovable: there a body of mass m, among
+    bodies of total mass M, has 1 - m/M of a degree, for in equilibrium <m v^2> = kT (1 - m/M)."""
     mass, velocity = movable(moment)
     degrees = np.full(len(mass), 2.0)
     if 0 < len(mass) == len(moment.bodies):
@@ -49,8 +49,8 @@ def inner_motion(moment: Moment) -> tuple[Floats, Floats, Floats]:
 
 
 def parts(moment: Moment, name: str) -> dict[str, Flags]:
-    """Returns which of the movable bodies, (n,), a quantity is of: all, and as ``name of big`` those of each
-    kind, or in a scene of one kind of each mass, if these are 2 to 10."""
+    """Returns masks of the movable bodies, (n,), by the names of a quantity: ``name`` for all bodies, and
+    ``name of big`` for each kind, or in a scene of one kind for each mass, if these are 2 to 10."""
     mass, several = moment.masses(), len(moment.scene.kinds) > 1
     its = (moment.kinds.astype(str) if several else mass)[np.isfinite(mass)]
     found, names = {name: np.ones(len(its), dtype=bool)}, np.unique(its)
@@ -67,9 +67,9 @@ def movable(moment: Moment) -> tuple[Floats, Floats]:
 
 
 def neighbours(scene: Scene, positions: Floats, within: float) -> Iterator[tuple[Integers, Integers, Floats]]:
-    """Yields all pairs of places in the arena not further apart than ``within``, in pieces: both places,
-    (m,), and the way between, (m, 2), to the nearest image. Both are in one cell of a grid, or in cells side
-    by side; where fewer than three are as wide as ``within``, the grid has one column, or row."""
+    """Yields all pairs of places in the arena with a distance of at most ``within``, in pieces: both places,
+    (m,), and the vector between, (m, 2), to the nearest image. Both places are in one cell of a grid, or in
+    adjoining cells; if fewer than three cells of width ``within`` fit, the grid has one column, or row."""
     n, sides = len(positions), np.array(scene.arena)
     if not n:
         return

@@ -21,8 +21,8 @@ def _whole(name: str, value: Any) -> int:
 
 
 class Energy(Observable):
-    """``E``: the kinetic energy of all movable bodies; with accelerations ``U`` is that of their
-    heights, the sum of -m a.r, each with its own acceleration a."""
+    """``E``: the kinetic energy of all movable bodies; with accelerations ``U``, their potential
+    energy, the sum of -m a.r, each with its own acceleration a."""
 
     keeps = ()
 
@@ -45,15 +45,15 @@ class Momentum(Observable):
         """Returns both components."""
         mass, velocity = movable(moment)
         each = mass * velocity
-        kept = np.abs(each.sum(axis=0)) <= 2.0**-40 * np.abs(each).sum(axis=0)  # at 0, but for rounding
+        kept = np.abs(each.sum(axis=0)) <= 2.0**-40 * np.abs(each).sum(axis=0)  # 0, except for rounding
         x, y = np.where(kept, 0.0, each.sum(axis=0)).tolist()
         return {"px": x, "py": y}
 
 
 class Temperature(Observable):
     """``kT``: the energy m v^2 of the movable bodies' motion about their centre of mass, over its degrees of
-    freedom: two a body, less m/M for each axis along which the momentum of all, of mass M, is kept: without
-    walls, unless some are immovable. Of several kinds, or masses, the same of each, as ``kT of big``."""
+    freedom: two a body, less m/M for each axis that conserves the momentum of all, of mass M: an axis without
+    walls, unless some are immovable. With several kinds, or masses, also for each, as ``kT of big``."""
 
     keeps = ()
 
@@ -62,18 +62,18 @@ class Temperature(Observable):
         mass, velocity, degrees = inner_motion(moment)
         energies = (mass * velocity**2).sum(axis=1)
         sums = {name: (energies[its].sum(), degrees[its].sum()) for name, its in parts(moment, "kT").items()}
-        # Without bodies there are no degrees, nor has one body alone on a torus any.
+        # No bodies have no degrees of freedom, nor has one body alone on a torus.
         return {name: float(energy / many) for name, (energy, many) in sums.items() if many > 0.0}
 
 
 class _Lagged(Observable):
-    """Averages over movable bodies and pairs of moments, by the time between them: 0 to ``lags``; of several
-    kinds, or masses, also of each, as ``msd of big``."""
+    """Averages over movable bodies and pairs of moments, by the time between them: 0 to ``lags``; with
+    several kinds, or masses, also for each, as ``msd of big``."""
 
     name = ""
     keeps = ("kept", "times", "bodies")
-    read: Any  # returns what is compared of a moment, (n, 2)
-    compare: Any  # returns what becomes of that of an earlier and a later moment, (n, 2)
+    read: Any  # returns the compared vectors of a moment, (n, 2)
+    compare: Any  # returns their terms for an earlier and a later moment, (n, 2)
 
     def __init__(self, lags: int = 50) -> None:
         self.lags = np.arange(_whole("lags", lags) + 1)
@@ -88,7 +88,7 @@ class _Lagged(Observable):
         now, bodies = self.read(moment)[moves], moment.bodies[moves]
         before, self.bodies = self.bodies, {name: bodies[its].tolist() for name, its in which.items()}
         if before != self.bodies:
-            self.kept = []  # bodies have come or gone, or are of another kind
+            self.kept = []  # bodies were inserted, removed, or given another kind
         self.kept = [now, *self.kept][: len(self.lags)]
         found = {name: np.full(len(self.lags), math.nan) for name in which}
         for lag, then in enumerate(self.kept):
@@ -133,9 +133,9 @@ class _InArena(Observable):
 
 
 class PairCorrelation(_InArena):
-    """``g``: pairs by the distance r of their centres, over those of as many points at random places that
-    centres can have. ``bins`` of equal width reach from 0 to ``to``, by default half the shorter side of the
-    arena, and at most five of the largest diameters."""
+    """``g``: the number of pairs by the distance r of their centres, over that number for as many points at
+    random places, from the places that centres can have. ``bins`` of equal width reach from 0 to ``to``, by
+    default half the shorter side of the arena, and at most five of the largest diameters."""
 
     name = "g"
 
@@ -152,8 +152,8 @@ class PairCorrelation(_InArena):
         if not 0.0 < to <= most:
             raise BadOption(f"observable 'g': to is {self.to!r}; expected a distance up to {most!r}")
         self.edges = np.linspace(0.0, to, self.bins + 1)
-        # Of two points in a rectangle of sides a and b, d apart: along an axis with walls d_x is as likely
-        # as a - |d_x|, along a periodic one every d_x is as likely as any other. Over all directions:
+        # For two points in a rectangle of sides a and b with difference d: along an axis with walls d_x
+        # has a density in proportion to a - |d_x|, along a periodic axis a uniform one. Over all directions:
         r = self.edges
         within = math.pi * a * b * r**2 - (4.0 / 3.0) * (b * walls[0] + a * walls[1]) * r**3
         within += walls.all() * r**4 / 2.0
@@ -171,7 +171,7 @@ class PairCorrelation(_InArena):
 
 class StructureFactor(_InArena):
     """``S``: |sum of exp(i k . r)|^2 / N for wave vectors 2 pi (i/W, j/H), i and j from 0 to ``modes``, as
-    means over shells of |k| of equal width; k = 0 is left out."""
+    means over shells of |k| of equal width; without k = 0."""
 
     name = "S"
 
@@ -216,13 +216,13 @@ class BondOrder(_InArena):
         self.cutoff = cutoff
 
     def prepare(self, scene: Scene) -> None:
-        """Raises Refused for bodies of other shapes than discs: their distances are no sums of radii."""
+        """Raises Refused for other shapes than discs: their contact distances are no sums of radii."""
         super().prepare(scene)
         if scene.shapes:
             raise Refused("observable 'psi6' is of discs alone, and this scene has bodies of other shapes")
 
     def sample(self, moment: Moment) -> dict[str, float]:
-        """Returns both of this moment."""
+        """Returns both values of this moment."""
         places, radii = moment.positions(), moment.radii()
         if not len(radii):
             return {}

@@ -1,8 +1,8 @@
-"""Observables of power cells: free area, numbers of neighbours, and how often neighbours change.
+"""Observables of power cells: free area, numbers of neighbours, and the rate of changes of neighbours.
 
-The power of a point over a disc of centre c and radius r is |x - c|^2 - r^2. The cell of a disc is where the
-power over it is least: of equal discs the Voronoi cell, of others that of the radical tessellation. Two discs
-are neighbours if their cells have a side in common.
+The power of a point x over a disc of centre c and radius r is |x - c|^2 - r^2. The cell of a disc is the
+region of least power over it: for equal discs the Voronoi cell, for others the cell of the radical
+tessellation. Two discs are neighbours if their cells have a side in common.
 """
 
 import math
@@ -18,12 +18,12 @@ from kinetile.errors import Refused
 from kinetile_observables.geometry import axes_with_walls
 
 _AT_ONCE, _LINES = 64, 24
-"""How many cells are computed together, and of how many lines each at first."""
+"""The number of cells that are computed together, and of lines of each at first."""
 
 
 class Cells(NamedTuple):
-    """Cells of n discs, (n,) each: area, number of neighbours, whether a wall is one of the sides, and the
-    mean of exp(6 i angle) over the directions to neighbours, 0 without any."""
+    """Cells of n discs, (n,) each: area, number of neighbours, True if a wall is one of the sides, and the
+    mean of exp(6 i angle) over the directions to neighbours, 0 without neighbours."""
 
     area: Floats
     neighbours: Integers
@@ -32,8 +32,8 @@ class Cells(NamedTuple):
 
 
 def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
-    """Returns the power cells of discs that do not overlap: what walls, and a line before each other disc and
-    its images, leave of the plane; lines up to the furthest corner of what they leave are enough."""
+    """Returns the power cells of discs that do not overlap. A cell is bounded by walls, and by one line for
+    each other disc and its images; lines up to the furthest corner of the cell are enough."""
     walls, sides = np.isin(["x", "y"], [*axes_with_walls(scene)]), np.array(scene.arena)
     images = np.array([*product(*((0.0,) if wall else (0.0, -1.0, 1.0) for wall in walls))]) * sides
     others, weights = (images[:, None] + places).reshape(-1, 2), np.tile(radii**2, len(images))
@@ -50,7 +50,7 @@ def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
             low, high = places[rows].min(axis=0) - reach, places[rows].max(axis=0) + reach
             some = np.flatnonzero(((others >= low) & (others <= high)).all(axis=1))
             some = some if len(some) > lines else np.arange(len(others))
-            # What is further away than that has its line further away than this:
+            # A disc further away than reach has its line further away than this:
             beyond = (reach + (radii[rows] ** 2 - weights.max()) / reach) / 2.0
             apart = others[some] - places[rows, None]
             far = np.hypot(apart[..., 0], apart[..., 1])
@@ -65,7 +65,7 @@ def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
             length = np.maximum(upper - lower, 0.0)
             corners = np.hypot(h, np.maximum(np.abs(upper), np.abs(lower)))
             corner = np.where(length > 0.0, corners, 0.0).max(axis=1)
-            side = length > 1e-9 * corner[:, None]  # four cells may have a corner in common, but for rounding
+            side = length > 1e-9 * corner[:, None]  # four cells may share a corner, except for rounding
             found.area[rows] = (h * length).sum(axis=1) / 2
             found.neighbours[rows], found.walled[rows] = side[:, w:].sum(axis=1), side[:, :w].any(axis=1)
             turns = ((normal[:, w:, 0] + 1j * normal[:, w:, 1]) ** 6 * side[:, w:]).sum(axis=1)
@@ -77,8 +77,8 @@ def cells_of(scene: Scene, places: Floats, radii: Floats) -> Cells:
 
 
 def _pieces(h: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Returns from where to where each line, at h along its normal, is on the near side of all others: upper
-    end, lower end, from the foot of the normal. Where the upper is not above the lower there is no piece."""
+    """Returns the ends of the piece of each line, at h along its normal, on the near side of all others:
+    upper, lower, from the foot of the normal. If the upper is not above the lower, there is no piece."""
     cos = x[:, :, None] * x[:, None] + y[:, :, None] * y[:, None]
     sin = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -90,8 +90,8 @@ def _pieces(h: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 class PowerCells(Observable):
-    """Power cells: ``free``, the area of a cell less its disc, and its standard deviation ``free_spread``; of
-    those without a wall, the shares with 0, 1, ..., 15 ``neighbours``, and with others than 6 (``defects``).
+    """Power cells: ``free``, the area of a cell less its disc, and its standard deviation ``free_spread``;
+    for cells without a wall, the shares with 0, 1, ..., 15 ``neighbours``, and not with 6 (``defects``).
     """
 
     keeps = ()
@@ -123,8 +123,8 @@ class PowerCells(Observable):
 
 
 class Flips(Observable):
-    """``flips``: how often two discs become neighbours where two others cease to be, a unit of time; counted
-    one by one in the triangulation of ``power``, with cells that do not end at the arena's walls."""
+    """``flips``: changes in a unit of time: two discs become neighbours, and two others cease to be. They are
+    counted in the triangulation of ``power``, with cells that do not end at the arena's walls."""
 
     broad_phase = "power"
     keeps = ("last",)

@@ -1,4 +1,4 @@
-"""The built-in phases and scenes, registered like those of any plugin.
+"""The built-in phases and scenes, registered as by any plugin.
 
 This module only lists them with their targets; a phase's own module is imported when it is selected.
 """

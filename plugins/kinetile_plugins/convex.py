@@ -1,25 +1,26 @@
 """The narrow phase of convex bodies: discs, capsules, boxes, polygons, rounded or not, and obstacles.
 
-Bodies do not rotate. When two of them touch is decided exactly (``kinetile.kernel.certificates.shapes``;
-docs/specification.md, rule 5s), with the difference of their shapes from a table that is made once. What
-follows is rule 9s: they exchange momentum across the face of the difference, or along the line from a corner.
-
-Lower bounds are those of the same differences, fattened by more than all rounding.
+Bodies do not rotate. The tick of a contact is exact (``kinetile.kernel.certificates.shapes``;
+docs/specification.md, rule 5s), by a table of the differences of shapes. At a contact (rule 9s) two bodies
+exchange momentum across the face of the difference, or along the line from a corner. Lower bounds use the
+same differences, fattened by more than all rounding.
 
 Why the bounds of boxes are early
 =================================
 
-*Boxes* (``soonest`` in ``box.py``), one partner at a time. Along an axis a place d is within a reach, half of
-both widths and the radii and fat, from -d/v - reach/|v| until -d/v + reach/|v|: off by what is flown in less
-than 28 u L, with the 24 u L of d, and fat is 64. So it enters before it does exactly and leaves after that,
-and the later entry is a bound, or there is no contact if it is after an exit. A disc may then be beside a
-corner of the box: it touches nothing before it touches the corner, with fat, or is beside it no longer. That
-is found up to 30 u L too late, and so near its border the fattened disc of the corner reaches further than
-the face does. A body's shape is within the circle of its ``reach``, so every broad phase that is complete for
-discs of that radius is complete for shapes. It is also within the upright box of its reaches to the four
-sides, so a phase is complete as well if it is for these boxes: two shapes that touch have intervals that
-touch, on x and on y. A reach to a side is rounded twice, from the core and with the skin, which takes at most
-2 u X from a skin of more than 64 (n + 4) u X.
+*Boxes* (``soonest``), for each partner. Along an axis a place d is within a reach, half of both widths and
+the radii and fat, from -d/v - reach/|v| until -d/v + reach/|v|. These times are wrong by the flight over less
+than 28 u L, with the 24 u L of d, and fat is 64. So the entry is computed early and the exit late. The later
+entry is a bound, or there is no contact if it is after an exit. A disc may then be beside a corner of the
+box: it touches nothing before it touches the corner, with fat, or is no longer beside it. This time is
+computed up to 30 u L too late, and so near its border the fattened disc of the corner reaches further than
+the face does.
+
+A body's shape is inside the circle of its ``reach``, so every broad phase that is complete for discs of that
+radius is complete for shapes. The shape is also inside the upright box of its reaches to the four sides, so a
+phase that is complete for these boxes is complete as well: the intervals of two touching shapes touch, on x
+and on y. A reach to a side is rounded twice, from the core and with the skin, which takes at most 2 u X from
+a skin of more than 64 (n + 4) u X.
 """
 
 import math
@@ -98,26 +99,26 @@ from kinetile_plugins.lower_bounds import (
 )
 
 SLOWEST = 2.0**-900
-"""Stands for no speed: in no time that counts anything flies anywhere."""
+"""Stands for no speed: in no relevant time does a body move any distance."""
 
 Motion = tuple[float, float, float, float, float, float]
 """Place, velocity and acceleration, along x and y."""
 
 ALL_PLAIN = BOXES = PERIODIC = False
-"""Whether all pairs that can meet are two boxes or two discs; two boxes, so that circles say no more; whether
-axes are periodic, and not all pairs are boxes."""
+"""True if all pairs that can meet are two boxes or two discs; True if all are two boxes, so that circles add
+nothing; True if axes are periodic, and not all pairs are boxes."""
 
 
 @hook
 def row_of(k: Kernel, a: int, b: int) -> int:
-    """Returns where the row of the difference of two bodies' shapes begins in ``k.numbers``; 0: none."""
+    """Returns the beginning in ``k.numbers`` of the row for the difference of two bodies' shapes; or 0."""
     shapes = int(k.numbers[0])
     return int(k.numbers[1 + k.bodies[a].form * shapes + k.bodies[b].form])
 
 
 @hook
 def around(f: Numbers, corner: int, reach: float, x: float, y: float, vx: float, vy: float) -> float:
-    """Returns a bound below the time until a place is nearer to a corner than a reach."""
+    """Returns a lower bound of the time until a place is nearer to a corner than a reach."""
     x -= f[corner + CX]
     y -= f[corner + CY]
     approach = x * vx + y * vy
@@ -142,11 +143,11 @@ def faces_beside(row: int, count: int, face: int) -> tuple[int, int]:
 def until_corner(
     f: Numbers, row: int, face: int, x: float, y: float, vx: float, vy: float, fat: float
 ) -> float:
-    """Returns a bound below the time until a place on the line of a face, moved out by R, enters a fattened
-    difference: 0, unless it is beyond an end of that face, and then until it comes to that corner.
+    """Returns a lower bound of the time until a place on the line of a face, moved out by R, enters a
+    fattened difference: 0, unless it is beyond an end of that face; else the time until that corner.
 
-    And clearly within the line of the face there: of two faces in one line, or almost, rounding decides which
-    is crossed last, and the place may be in front of the other.
+    It must also be clearly within the line of the next face there: if two faces are in one line, or almost,
+    rounding decides which of them is crossed last, and the place may be in front of the other.
     """
     before, after = faces_beside(row, int(f[row + CORNERS]), face)
     gap = (f[face + NX] * x + f[face + NY] * y) - f[face + OUT]
@@ -164,10 +165,10 @@ def until_corner(
 
 @hook
 def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, fat: float) -> float:
-    """Returns a bound below the time until a place enters a difference, fattened; infinite where it does not.
+    """Returns a lower bound of the time until a place enters a fattened difference; infinite if it does not.
 
-    It is not before the place is within the lines of all faces, moved out by R; and where it is then beyond
-    an end of the face that it comes across last, not before it has come to that corner.
+    The entry is not before the place is within the lines of all faces, moved out by R. If the place is then
+    beyond an end of the last crossed face, the entry is not before the place has reached that corner.
     """
     count = int(f[row + CORNERS])
     faces = row + FIRST_CORNER
@@ -205,7 +206,7 @@ def not_before(f: Numbers, row: int, x: float, y: float, vx: float, vy: float, f
 
 @hook
 def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Returns from when until when coordinates that grow at speeds v have grown by low to high."""
+    """Returns the times at which coordinates with speeds v have grown by low and by high, in order."""
     zero = spread(0.0)
     still = choose((v >= zero) & (v <= zero), spread(SLOWEST), v)
     one = low / still
@@ -215,8 +216,7 @@ def within(low: Floats, high: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 @hook
 def until_others(k: Kernel, body: int, other: int, vx: float, vy: float, fat: float) -> float:
-    """Returns a bound below the first contact through another image than the nearest, at a relative velocity:
-    along an axis it is half a period away."""
+    """Returns a lower bound of a contact through another image than the nearest, half a period away."""
     torus = k.clock[0].torus
     reach = k.radii[body] + k.radii[other] + 2.0 * fat
     along = (torus.half_x - reach) / larger(abs(vx), SLOWEST)
@@ -226,7 +226,7 @@ def until_others(k: Kernel, body: int, other: int, vx: float, vy: float, fat: fl
 
 @hook
 def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: bool) -> float:
-    """Returns a bound below the first contact with another body, as a delay after a tick."""
+    """Returns a lower bound of the first contact with another body, as a delay after a tick."""
     row = row_of(k, body, other)
     if row == 0:
         return math.inf
@@ -241,8 +241,8 @@ def bound_with(k: Kernel, body: int, other: int, at: int, fat: float, periodic: 
 def boxes_overlap(
     k: Kernel, body: int, start: int, wide: Floats, dx: Floats, dy: Floats, vx: Floats, vy: Floats
 ) -> tuple[Floats, Floats]:
-    """Returns from when until when the upright boxes around a body, wider than it, and around eight others,
-    from a place in ``k.near`` on, overlap that are so far apart and move so."""
+    """Returns the beginning and the end of the overlaps of a body's upright box, widened, with the boxes of
+    eight others, from a place in ``k.near`` on, at these separations and relative velocities."""
     mine = k.sides[body]
     left, right, down, up = places(k.sides, k.near, start)
     zero = spread(0.0)
@@ -259,8 +259,8 @@ def boxes_overlap(
 def boxes_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Returns from when until when the upright boxes around a body and eight others overlap, or around their
-    nearest images, from a place in ``k.near`` on; and how they are apart and move, along x and y."""
+    """Returns the beginning and the end of the overlaps of a body's upright box with eight others, or with
+    their nearest images, from a place in ``k.near`` on; and separations and velocities along x and y."""
     dx, dy, vx, vy = motions(k, body, start, at)
     if periodic:
         dx, dy = nearest_image(k, dx, dy)
@@ -272,14 +272,14 @@ def boxes_meet(
 def frames_meet(
     k: Kernel, body: int, start: int, at: int, fat: float, periodic: bool
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Returns bounds by the upright boxes and the circles around a body and eight others, from a place in
-    ``k.near`` on, ``LEAST`` or more; and how they are apart and move, along x and y."""
+    """Returns bounds, ``LEAST`` or more, by the upright boxes and the circles around a body and eight others,
+    from a place in ``k.near`` on; and separations and velocities along x and y."""
     delay, ends, dx, dy, vx, vy = boxes_meet(k, body, start, at, fat, periodic)
     reach = spread(k.radii[body] + 2.0 * fat) + pick(k.radii, k.near, start)
     reach2 = reach * reach
     begins, passes = circles_meet(dx, dy, vx, vy, reach2, spread(fat * fat))
     begins = choose(passes, spread(math.inf), begins)
-    begins = choose(dx * dx + dy * dy > reach2, begins, spread(LEAST))  # within them bodies may meet
+    begins = choose(dx * dx + dy * dy > reach2, begins, spread(LEAST))  # within the circles bodies may meet
     delay = choose(delay < begins, begins, delay)
     delay = choose(delay <= ends, delay, spread(math.inf))
     if periodic:
@@ -300,8 +300,8 @@ def soonest_of_shapes(
     two: int,
     periodic: bool,
 ) -> tuple[float, float, int]:
-    """Returns what ``soonest`` does, by the differences of shapes: ``soon`` is so for ``who``, and ``two`` is
-    another one that may come soon."""
+    """Returns the values of ``soonest``, by the differences of shapes: ``soon`` is by the difference for
+    ``who``, and ``two`` is the next candidate."""
     one = who
     rest = bound_with(k, body, two, at, fat, periodic)
     if rest < soon:
@@ -331,12 +331,12 @@ def soonest_of_shapes(
 @unchecked
 @hook
 def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with
-    whom: as delays after tick ``at``, infinite where there is no contact.
+    """Returns lower bounds of the first two contacts of a body with ``k.near[:count]``, and the first
+    partner. The bounds are delays after tick ``at``, infinite without a contact.
 
-    By boxes and circles first, eight at a time: mostly the difference of the shapes need be looked at for
-    the first alone. Where that comes later than the second, it is for all that may come before the
-    second. Up to eight places behind those that count are written to.
+    Boxes and circles are compared first, eight at a time; mostly the difference of shapes is needed for
+    the first partner alone. If its bound is then later than the second, it is needed for all partners
+    that may be before the second. Up to eight places behind the first ``count`` are overwritten.
     """
     fat = k.clock[0].limits.fat
     never = math.inf
@@ -346,7 +346,7 @@ def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[flo
             return never, never, NOBODY
         delay = bound_with(k, body, alone, at, fat, PERIODIC)
         return delay, never, int(alone) if delay < never else NOBODY
-    fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+    fill(k.near, count, body)  # the rest of the last eight: the body itself is left out
     myself = spread_whole(body)
     not_this = spread_whole(barred)
     soon = NONE
@@ -384,7 +384,7 @@ _among_images = with_constants([soonest], PERIODIC=True)["soonest"]
 
 @hook
 def barred_nearby(k: Kernel, body: int, at: int) -> int:
-    """Returns the body from which a body is barred through the image that is nearest at a tick, or NOBODY."""
+    """Returns the partner that a body is barred from, if through its nearest image at a tick; or NOBODY."""
     other = k.bodies[body].last
     if other < 0 or k.bodies[other].last != body:
         return NOBODY
@@ -404,8 +404,8 @@ def barred_nearby(k: Kernel, body: int, at: int) -> int:
 @unchecked
 @hook
 def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """Returns what ``soonest`` does among images. Two that have just met touch, and would have a bound of
-    now: the image through which they are barred is left out."""
+    """Returns the values of ``soonest`` among images. Two bodies that have just met touch, and their bound
+    would be now, so the barred image is left out."""
     met = barred_nearby(k, body, at)
     soon, rest, who = _among_images(k, body, count, met, at)
     if met != NOBODY:
@@ -419,7 +419,7 @@ def soonest_of_images(k: Kernel, body: int, count: int, barred: int, at: int) ->
 
 @hook
 def end_of(f: Numbers, row: int, face: int, dx: float, dy: float) -> int:
-    """Returns the corner at the end of a face beyond which a place is, or -1; without a radius -1 (9s)."""
+    """Returns the corner at the end of a face if a place is beyond it, else -1; -1 without a radius (9s)."""
     faces = row + FIRST_CORNER
     after = face + WIDE
     after = faces if after == faces + int(f[row + CORNERS]) * WIDE else after
@@ -435,8 +435,8 @@ def end_of(f: Numbers, row: int, face: int, dx: float, dy: float) -> int:
 @unchecked
 @hook
 def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
-    """Returns how far apart two shapes are, below 0 where they overlap, if the place of the other is (dx, dy)
-    from that of the one: rounded, as rule 9s has it for the room of a body that is inserted."""
+    """Returns the distance between two shapes, below 0 if they overlap, if the place of the other is (dx, dy)
+    from the place of the one: rounded, by rule 9s, for the room of an inserted body."""
     f = k.numbers
     row = int(f[1 + one * int(f[0]) + other])
     if row == 0:
@@ -463,7 +463,7 @@ def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
 @unchecked
 @hook
 def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -> int:
-    """Returns the tick at which a body leaves its support (rule 8r); before its anchor: there is no face."""
+    """Returns the tick at which a body leaves its support (rule 8r), or its anchor less 1 without a face."""
     plan = k.bodies[body]
     other = k.bodies[support]
     sense = 1.0 if k.queue[support].number < k.queue[body].number else -1.0
@@ -497,8 +497,8 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Returns the normal from a to b, of length 1, along which two bodies touch if their places differ by
-    (dx, dy), and how deep they overlap (rule 9s). Not a number at a corner itself."""
+    """Returns the unit normal from a to b at the contact of two bodies whose places differ by (dx, dy), and
+    the depth of their overlap (rule 9s); NaN at a corner itself."""
     f = k.numbers
     row = row_of(k, a, b)
     count = int(f[row + CORNERS])
@@ -532,7 +532,7 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
 
 @hook
 def shapes_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """Returns how deep two bodies overlap if their places are so far apart."""
+    """Returns the depth of overlap of two bodies whose places differ by (dx, dy)."""
     _, _, depth = line_of(k, early, late, dx, dy)
     return depth
 
@@ -543,7 +543,7 @@ collide, touch = _exchanged["collide"], _exchanged["touch"]
 
 @hook
 def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two bodies touch by their plans, or ``NEVER``."""
+    """Returns the ticks from the later anchor to the contact of two bodies by their plans, or ``NEVER``."""
     row = row_of(k, early, late)
     if row == 0 or (math.isinf(k.mass[early]) and math.isinf(k.mass[late])):
         return NEVER
@@ -560,7 +560,7 @@ meet_images = first_image_of(shapes_touch, shapes_overlap)
 
 @hook
 def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two bodies part by their plans, or ``NEVER``."""
+    """Returns the ticks from the later anchor until two bodies part by their plans, or ``NEVER``."""
     low = counts_from(k, early, late, k.bodies[late].anchor)
     return int(leaves(pointer(k.numbers), row_of(k, early, late), plans, low))
 
@@ -570,8 +570,8 @@ part = with_constants([disc.part], parts_after=parts_after)["part"]
 
 @hook
 def stays_above(above: float, rate: float, bend: float, near: float, most: float) -> float:
-    """Returns a bound below the time until a height comes down to 0: from above it; or, if it is not lower
-    than ``near`` and rises, until it comes back, or ``most``."""
+    """Returns a lower bound of the time until a height falls to 0 from above; or, if it is not lower than
+    ``near`` and rises, of the time of its return, or ``most``."""
     inside = rate * rate - 2.0 * bend * above
     delay = math.inf
     if above <= 0.0 and (above < near or rate <= 0.0):
@@ -585,7 +585,7 @@ def stays_above(above: float, rate: float, bend: float, near: float, most: float
 
 @hook
 def time_along(distance: float, speed: float, pull: float) -> float:
-    """Returns a bound below the time that a distance takes at a speed that grows."""
+    """Returns a lower bound of the time for a distance at a growing speed."""
     if distance <= 0.0:
         return 0.0
     root = math.sqrt(speed * speed + 2.0 * pull * distance)
@@ -596,8 +596,8 @@ def time_along(distance: float, speed: float, pull: float) -> float:
 def corner_stays(
     f: Numbers, corner: int, reach: float, fat: float, doubt: float, motion: Motion, most: float
 ) -> float:
-    """Returns a bound below the time until an accelerated place comes within reach of a corner: the line
-    across the way from there; 0 where it is about as near to the corner as the reach is half."""
+    """Returns a lower bound of the time until an accelerated place is within reach of a corner, by the line
+    across the vector from the corner; 0 if its distance is at most half of the reach."""
     dx, dy, vx, vy, bx, by = motion
     px = dx - f[corner + CX]
     py = dy - f[corner + CY]
@@ -614,14 +614,14 @@ def corner_stays(
 def not_before_accelerated(
     f: Numbers, row: int, fat: float, span: float, doubt: float, motion: Motion
 ) -> float:
-    """Returns a bound below the time until an accelerated place enters a difference, fattened, up to
+    """Returns a lower bound of the time until an accelerated place enters a fattened difference, up to
     a span of time.
 
-    The latest of these counts. The way is at most |b| h^2 / 8 away from its chord, h being the span: the
-    difference that is fattened by that is entered on it. The place has to come within the line of each face,
-    moved out by R; and of the corner that it is beside, within the line across the way from there. One that
-    touches there, or is inside by a rounding, and leaves, has to come back first: without a margin it would
-    have to be inside by the strip, and with one that face or corner is nearest as long as it is over it.
+    The latest of these bounds counts. The way is at most |b| h^2 / 8 away from its chord, h being the span:
+    the chord enters the difference that is fattened by that. The place has to pass the line of each face,
+    moved out by R, and the line of the corner that it is beside, across the vector from there. A place that
+    touches there, or is inside by a rounding, and leaves, has to return first: without a margin it would have
+    to be inside by the strip, and with one that face or corner is nearest as long as the place is over it.
     """
     dx, dy, vx, vy, bx, by = motion
     pulls = abs(bx) + abs(by)
@@ -661,9 +661,9 @@ def not_before_accelerated(
 @unchecked
 @hook
 def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """As ``soonest``, of bodies with accelerations, up to the end of the chord of either, as in
-    ``disc.soonest_accelerated``: of what is later nothing is said. By upright boxes first, eight at a time,
-    on the chords of relative ways."""
+    """Returns the values of ``soonest`` for accelerated bodies, up to the first end of the chords of two
+    bodies, as in ``disc.soonest_accelerated``; later contacts are omitted. Compares upright boxes first,
+    eight at a time, on the chords of relative ways."""
     limits = k.clock[0].limits
     fill(k.near, count, body)
     one = k.places[body]
@@ -708,7 +708,7 @@ class Convex:
     """Elastic contact of convex bodies."""
 
     def prepare(self, scene: Scene) -> PairParts:
-        """Returns the parts; refuses a scene of discs alone, and one with too many different shapes."""
+        """Returns the parts; refuses a scene of discs alone, and a scene with too many different shapes."""
         if not scene.shapes:
             raise Refused("convex is for scenes with shapes, and this one has discs alone: choose disc")
         every = range(len(scene.shapes))

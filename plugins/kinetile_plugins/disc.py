@@ -1,41 +1,41 @@
-"""The narrow phase of two discs: when they touch, and the elastic exchange that follows.
+"""The narrow phase of two discs: the tick of their contact, and the elastic exchange at it.
 
-Contact means approach: there is none unless d.v < 0, d being the separation and v the relative velocity at
-the later of the two anchors. A pair that touches or overlaps and approaches meets at once; tangency is no
-event. The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.discs``);
-lower bounds for many partners at once are rounded, on the safe side.
-
-The thesis decides in the same spirit by comparing with the time of closest approach (section 5.2).
+Contact means approach: a contact needs d.v < 0, with d the separation and v the relative velocity at the
+later of the two anchors. A pair that touches or overlaps and approaches meets at once; tangency is no event.
+The tick is exactly the one in which the discs' paths touch (``kinetile.kernel.certificates.discs``); lower
+bounds for many partners at once are rounded, on the safe side. The thesis decides similarly, by a comparison
+with the time of closest approach (section 5.2).
 
 Why the bounds are early
 ========================
 
 The narrow phase of discs computes for eight partners at once a tick before which no contact happens
 (``soonest`` in ``disc.py``, with ``lower_bounds.py``). It works on the common clock: every body has a row
-with its position x0 and velocity at one tick, the origin, which is moved before a body has flown further than
-V W from there, and W is at most 4 X / V. With L = X + 2 V W, two discs at separation d and relative velocity
-v, el the time since the origin and R the sum of the radii, the bound is the time at which discs fattened by
+with its position x0 and velocity at one tick, the origin. The origin is moved before a body has flown further
+than V W from there, and W is at most 4 X / V. Let L = X + 2 V W. Consider two discs at separation d with
+relative velocity v, el the time since the origin and R the sum of the radii. The bound is the time of contact
+of discs fattened by
 
     fat = 64 (u L + eta),  and the distance shortened by 2^-47 of itself
 
-touch, rounded down, less 4,096 ticks. It never comes after the tick of ``meet``:
+rounded down, less 4,096 ticks. It never is after the tick of ``meet``:
 
 *Positions.* x0 is a plan's position at the origin: an elapsed time, a product, a sum. With the difference of
-two rows, and v el added, each coordinate of d has at most 16 u L of rounding, so d is off by less than 24 u
-L, now and for as long as the two fly towards each other. *The quadratic.* d^2, R^2, d.v and v^2 are off by at
+two rows, and v el added, each coordinate of d has at most 16 u L of rounding. So d is off by less than 24 u
+L, now and as long as the two fly towards each other. *The quadratic.* d^2, R^2, d.v and v^2 are off by at
 most four roundings of their terms. In gap = d^2 (1 - 2^-46) - (R + fat)^2 and in the discriminant (d.v)^2 -
-v^2 gap that comes to less than 32 u d^2 of gap, and 2^-46 d^2 is 128 u d^2. So the computed root is, up to a
-factor 1 + 8 u for the last three operations, the exact time at which the distance of rounded places is a
-little more than R + fat / 2. *The contact.* At the exact root the gap is 0, however shallow a graze; then the
-rounded places are at most R + 24 u L < R + fat / 2 apart, so the fattened discs have touched earlier, up to
-that factor. The factor is worth 8 u 2^62 = 4,096 ticks at most, since nothing is predicted further than 2^62
-ticks. So the bound is not after the root, and its floor not after the root's, which is the tick of ``meet``.
-And discs that touch or overlap at the later anchor have a negative gap in the bound: it is the present tick.
+v^2 gap this adds up to less than 32 u d^2 of gap, and 2^-46 d^2 is 128 u d^2. So the computed root is, up to
+a factor 1 + 8 u for the last three operations, the exact time when the distance of rounded places is slightly
+more than R + fat / 2. *The contact.* At the exact root the gap is 0, even for the shallowest graze. Then the
+distance of the rounded places is at most R + 24 u L < R + fat / 2, so the fattened discs have touched
+earlier, up to that factor. The factor is at most 8 u 2^62 = 4,096 ticks, since no prediction is further than
+2^62 ticks. So the bound is not after the root, and its floor is not after the root's floor, the tick of
+``meet``. If discs touch or overlap at the later anchor, the bound's gap is negative: it is now.
 
-*Omitted pairs.* A pair is left out if the discriminant is negative: by the same numbers its discs stay
-further apart than R. Or if they part: d.v > 0 and (d.v)^2 > fat^2 v^2; then d.v is positive in exact
-arithmetic too, since it is off by less than 47 u L |v|. A NaN, from squares that overflow, counts as a
-contact now, to be computed exactly.
+*Omitted pairs.* A pair is omitted if the discriminant is negative: by the same numbers the distance of its
+discs stays larger than R. It is also omitted if its discs part: d.v > 0 and (d.v)^2 > fat^2 v^2. Then d.v is
+positive in exact arithmetic too, since it is off by less than 47 u L |v|. A NaN, from squares that overflow,
+counts as a contact now, to be computed exactly.
 
 A bound may be arbitrarily early: that costs one exact computation. fat is 1e-12 of the scene for ordinary
 speeds; if it is as large as the bodies, every contact is computed exactly, and the answer is the same.
@@ -108,12 +108,12 @@ from kinetile_plugins.lower_bounds import (
 Pair = tuple[Floats, Floats]
 
 EQUAL = PERIODIC = False
-"""Whether all bodies have one radius; whether axes are periodic."""
+"""True if all bodies have one radius; True if axes are periodic."""
 
 
 @hook
 def known_before(k: Kernel, since: int) -> int:
-    """Returns how many ticks after a tick the loop knows a contact not to be before, or -1."""
+    """Returns a number of ticks after a tick; the contact is known not to be before it. Or -1."""
     about = k.clock[0].contact_guess
     return int(about - since) if since <= about and about != NEVER else -1
 
@@ -137,15 +137,15 @@ def _straight(one: Records, k: Kernel, early: int, late: int, plans: Plans) -> i
 
 @hook
 def touches(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two discs touch by their plans, or ``NEVER``."""
+    """Returns the ticks from the later anchor to the contact of two discs by their plans, or ``NEVER``."""
     return int(_straight(k.bodies[early], k, early, late, plans))
 
 
 @unchecked
 @hook
 def meet(k: Kernel, a: int, b: int) -> int:
-    """Returns the tick of the first contact of two bodies, or ``NEVER``; reports two that overlap at the
-    later anchor by more than rounding explains."""
+    """Returns the tick of the first contact of two bodies, or ``NEVER``; reports two bodies that overlap at
+    the later anchor by more than rounding explains."""
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
     late = a + b - early
     one = k.bodies[early]
@@ -164,7 +164,7 @@ def meet(k: Kernel, a: int, b: int) -> int:
 
 @hook
 def touch_among_shapes(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """As ``discs_touch``; two immovable bodies never do (rule 7s)."""
+    """Returns the value of ``discs_touch``; NEVER for two immovable bodies (rule 7s)."""
     immovable = math.isinf(k.mass[early]) and math.isinf(k.mass[late])
     return NEVER if immovable else discs_touch(k, early, late, plans)
 
@@ -176,7 +176,7 @@ first_image_among_shapes = first_image_of(touch_among_shapes, discs_overlap)
 
 @hook
 def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic: bool) -> float:
-    """Returns what ``soonest`` does for one partner alone; ``reach`` is the sum of the fattened radii."""
+    """Returns the bound of ``soonest`` for one partner; ``reach`` is the sum of the fattened radii."""
     fat = k.clock[0].limits.fat
     torus = k.clock[0].torus
     dx, dy, vx, vy = motion_to(k, body, other, at, periodic)
@@ -187,7 +187,7 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
     inside = approach2 - speed2 * gap
     passes = ((approach > 0.0) & (approach2 > fat * fat * speed2)) | (inside < 0.0)
     delay = gap / (math.sqrt(inside) - approach) if inside >= 0.0 else math.nan
-    delay = delay if delay > 0.0 else 0.0  # what is not a number may touch now
+    delay = delay if delay > 0.0 else 0.0  # NaN: they may touch now
     delay = math.inf if passes else delay
     if periodic:
         x_delay = (torus.half_x - reach) / abs(vx)
@@ -200,7 +200,7 @@ def not_before(k: Kernel, body: int, other: int, at: int, reach: float, periodic
 
 @hook
 def bound_of_one(k: Kernel, body: int, barred: int, at: int) -> tuple[float, float, int]:
-    """Returns what ``soonest`` does of ``k.near[0]`` alone."""
+    """Returns the values of ``soonest`` for ``k.near[0]`` alone."""
     other = k.near[0]
     if other == body or other == barred:  # noqa: SIM109 - no tuple in a hook
         return math.inf, math.inf, NOBODY
@@ -213,16 +213,16 @@ def bound_of_one(k: Kernel, body: int, barred: int, at: int) -> tuple[float, flo
 @unchecked
 @hook
 def soonest(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """Returns bounds below the first contact of a body with ``k.near[:count]``, the second, and with whom.
+    """Returns lower bounds of the first two contacts with ``k.near[:count]``, and the first partner.
 
-    The bounds are delays after tick ``at``, infinite where there is no contact; the proof is above. Up to
-    eight places behind those that count are written to.
+    The bounds are delays after tick ``at``, infinite without a contact; the proof is above. Up to eight
+    places behind the first ``count`` are overwritten.
     """
     if count == 1:
         return bound_of_one(k, body, barred, at)
     limits = k.clock[0].limits
     radius = limits.widest if EQUAL else k.radii[body]
-    fill(k.near, count, body)  # the rest of the last eight: a body itself is left out
+    fill(k.near, count, body)  # the rest of the last eight: the body itself is left out
     fat2 = spread(limits.fat * limits.fat)
     own_reach = spread(radius + limits.fat)
     reach = spread(radius + (radius + limits.fat))
@@ -270,8 +270,8 @@ soonest_of_images = with_constants([bound_of_one, soonest], PERIODIC=True)["soon
 
 @hook
 def until_chord(dx: Floats, dy: Floats, cx: Floats, cy: Floats, wide: Floats) -> Floats:
-    """Returns when discs touch on the chord of their relative way, fattened by how far that is from it at
-    most, |b| h^2 / 8 with h the time until its end: a bound, ``LEAST`` or more."""
+    """Returns the delay until discs touch on the chord of their relative way, fattened by its largest
+    distance from the way, |b| h^2 / 8 with h the time until its end: a bound, ``LEAST`` or more."""
     zero = spread(0.0)
     least = spread(LEAST)
     approach = dx * cx + dy * cy
@@ -284,8 +284,8 @@ def until_chord(dx: Floats, dy: Floats, cx: Floats, cy: Floats, wide: Floats) ->
 
 @hook
 def until_reach(d: Pair, v: Pair, b: Pair, reach: Floats, fat: Floats, pulls: Floats) -> Floats:
-    """Returns when n . (d + v t + b t^2 / 2) comes down to the sum of the radii, n = d / |d|: it is less than
-    the distance, so that is a bound. It knows that two that have just met part, and when they come back."""
+    """Returns the delay until n . (d + v t + b t^2 / 2), n = d / |d|, falls to the sum of the radii: a bound,
+    for the distance is not less. For two bodies that have just met, it is a bound of their return."""
     zero = spread(0.0)
     less = spread(1.0 - 2.0**-40)
     dx, dy = d
@@ -307,8 +307,8 @@ def until_reach(d: Pair, v: Pair, b: Pair, reach: Floats, fat: Floats, pulls: Fl
 @unchecked
 @hook
 def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) -> tuple[float, float, int]:
-    """As ``soonest``, of bodies with accelerations of their own, up to the end of the chord of either:
-    then one of the two is looked at again, so of what is later nothing is said.
+    """Returns the values of ``soonest`` for bodies with accelerations, up to the first end of the chords of
+    two bodies: then one of the two is computed again, so later contacts are omitted.
 
     Two bounds are before the contact, ``until_chord`` and ``until_reach``, and the later one counts.
     """
@@ -367,8 +367,8 @@ def exchange(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> N
 
 @hook
 def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, float, float]:
-    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap; not a
-    number where their centres are one place, so that they could not exchange momentum."""
+    """Returns the line of centres of two discs whose places differ by (dx, dy), and their overlap; NaN if
+    their centres coincide, so that they could not exchange momentum."""
     distance = math.sqrt(dx * dx + dy * dy)
     reach = k.bodies[a].radius + k.bodies[b].radius
     return dx / distance, dy / distance, float(reach - distance) if distance > 0.0 else math.nan
@@ -376,7 +376,7 @@ def line_of(k: Kernel, a: int, b: int, dx: float, dy: float) -> tuple[float, flo
 
 @hook
 def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor two discs part by their plans, or ``NEVER``."""
+    """Returns the ticks from the later anchor until two discs part by their plans, or ``NEVER``."""
     two = k.bodies[late]
     low = counts_from(k, early, late, two.anchor)
     return int(parting(plans, k.bodies[early].radius, two.radius, low))
@@ -385,7 +385,7 @@ def parts_after(k: Kernel, early: int, late: int, plans: Plans) -> int:
 @unchecked
 @hook
 def part(k: Kernel, a: int, b: int) -> int:
-    """Returns the tick at which two bodies that pass part, through the image on the clock, or NEVER."""
+    """Returns the tick at which two passing bodies part, through the image on the clock, or NEVER."""
     early = a if k.bodies[a].anchor < k.bodies[b].anchor else b
     late = a + b - early
     two = k.bodies[late]
@@ -400,7 +400,7 @@ def part(k: Kernel, a: int, b: int) -> int:
 @unchecked
 @hook
 def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
-    """Returns the normal from a to b at which they touch, b as its image on the clock, and how deep they
+    """Returns the normal from a to b at their contact, b as its image on the clock, and the depth of their
     overlap."""
     one = k.bodies[a]
     two = k.bodies[b]
@@ -416,7 +416,7 @@ def touch(k: Kernel, a: int, b: int) -> tuple[float, float, float]:
 @unchecked
 @hook
 def collide(k: Kernel, a: int, b: int) -> float:
-    """Exchanges momentum along the normal, elastically; returns how deep the two overlap."""
+    """Exchanges momentum along the normal, elastically; returns the depth of the overlap."""
     nx, ny, depth = touch(k, a, b)
     exchange(k, a, b, nx, ny, 1.0)
     return float(depth)
@@ -425,14 +425,14 @@ def collide(k: Kernel, a: int, b: int) -> float:
 @unchecked
 @hook
 def gap(k: Kernel, one: int, other: int, dx: float, dy: float) -> float:
-    """Returns how far apart two discs among other shapes are, below 0 where they overlap."""
+    """Returns the distance between two discs among other shapes, below 0 if they overlap."""
     return math.sqrt(dx * dx + dy * dy) - float(k.forms[one].right + k.forms[other].right)
 
 
 @unchecked
 @hook
 def collide_equals(k: Kernel, a: int, b: int) -> float:
-    """As ``collide``, for bodies of one mass: they exchange their velocities along the line of centres."""
+    """Exchanges the velocities of two bodies of one mass along the line of centres, as ``collide``."""
     nx, ny, depth = touch(k, a, b)
     one = k.bodies[a]
     two = k.bodies[b]
@@ -446,14 +446,14 @@ def collide_equals(k: Kernel, a: int, b: int) -> float:
 
 MEETS = {(False, False): meet, (False, True): meet_among_shapes}
 MEETS |= {(True, False): meet_images, (True, True): first_image_among_shapes}
-"""``meet`` by whether axes are periodic, and other shapes there."""
+"""``meet`` by two flags: axes are periodic, the scene has other shapes."""
 
 
 class Disc:
     """Elastic contact of two discs.
 
     Args:
-        general: the same parts for all scenes, so that they share one compiled loop; it is slower where
+        general: True for the same parts in all scenes, so that they share one compiled loop; it is slower if
             bodies are alike.
     """
 
@@ -461,8 +461,8 @@ class Disc:
         self.general = general
 
     def prepare(self, scene: Scene) -> PairParts:
-        """Returns the parts; masses and radii are left out of the loop and of the tables where all of both
-        are equal and stay so: two loops, not four, for what differs by a twentieth of the instructions.
+        """Returns the parts. If all masses and all radii are equal and stay so, the loop and the tables omit
+        both; two loops instead of four, for they differ by a twentieth of the instructions.
 
         For equal masses both forms give the same velocities, to the bit: the share of each is exactly 1.
         """

@@ -1,25 +1,24 @@
-"""Lower bounds of contacts for eight partners at once, and which two of many come first.
-
-Narrow phases share them.
+"""Lower bounds of contacts for eight partners at once, and the two least of many; narrow phases share them.
 
 Why a numbered delay is a bound
 ===============================
 
-*Numbered delays.* The least of many delays has to say whose it is, so each carries its partner's place, 0 to
-63, in its last six bits (``kinetile.kernel.vectors.numbered``). They are cleared, 64 units of the last place
-are taken away, and the place is added: a delay becomes less by 1 to 127 units, less than 2^-45 of it, and
-never more. So a bound stays a bound, and needs no other margin. Before that a delay is at least 2^-1000, from
-which 64 units can be taken and which is less than any tick, so its floor is the present tick; an infinite one
-becomes a number above 2^1023, and above 2^1023 it means never, far beyond 2^62 ticks. Two delays that differ
-by less than 127 units may change places. Then the partner is the other one, and both bounds hold as before:
-the first is below the contact with the partner, and the second, the least of all others, below theirs. More
-than 64 partners are taken 64 at a time, and the two least delays of each 64 compared with those before.
+*Numbered delays.* The least of many delays has to identify its partner, so each delay stores its partner's
+place, 0 to 63, in its last six bits (``kinetile.kernel.vectors.numbered``). These bits are cleared, 64 units
+of the last place are subtracted, and the place is added: a delay decreases by 1 to 127 units, less than 2^-45
+of it, and never increases. So a bound stays a bound, and needs no other margin. Before that a delay is at
+least 2^-1000. From this, 64 units can be subtracted, and it is less than any tick, so its floor is the
+present tick. An infinite delay becomes a number above 2^1023; above 2^1023 a delay means never, far beyond
+2^62 ticks. Two delays that differ by less than 127 units may be exchanged. Then the partner is the other one,
+and both bounds hold as before: the first is below the contact with the partner, and the second, the least of
+all others, below theirs. More than 64 partners are processed 64 at a time; the two least delays of each 64
+are compared with the two so far.
 
 *The second bound* of discs is not the second delay, which is not needed (``alone``). If no other delay is
-within 2^22 ticks of the first (``ROOM``; and 2^-40 of it), that is where all others are later than: so it is
-a bound. Else the first delay is. The exact tick of the first, computed at the head of the queue, is nearly
-always before the second bound; where it is not, all contacts of the body are computed exactly. For bodies of
-one radius, which stay so, (R + fat)^2 is the same number for all partners, by the same operations.
+within 2^22 ticks of the first (``ROOM``; and 2^-40 of it), all others are later than this limit: so it is a
+bound. Else the first delay is the bound. The exact tick of the first, computed at the head of the queue, is
+nearly always before the second bound; if not, all contacts of the body are computed exactly. For bodies whose
+radii are equal and stay so, (R + fat)^2 is the same number for all partners, by the same operations.
 """
 
 from kinetile.toolbox import Kernel, hook, since_origin, smaller
@@ -39,19 +38,19 @@ from kinetile.toolbox.lanes import (
 from kinetile.toolbox.ticks import HALVES, nearest_whole
 
 PLACES = 64
-"""Partners that six bits tell apart."""
+"""Partners that six bits can distinguish."""
 
 LEAST = 2.0**-1000
-"""Stands for no delay: as small as delays are made before they are numbered."""
+"""The smallest delay before numbering; it stands for no delay."""
 
 NONE = 2.0**1023
-"""What delays are below: an infinite one, numbered, is above it."""
+"""The upper limit of delays: a numbered infinite delay is above it."""
 
 ROOM = 2.0**22
-"""Ticks after a bound within which its contact is, but for grazes: more than ``fat`` takes."""
+"""Ticks from a bound that include its contact, except for grazes: more than the effect of ``fat``."""
 
 WIDER = 1.0 + 2.0**-40
-"""A factor of a delay that is more than rounding makes of a bound."""
+"""A factor of a delay that exceeds the rounding of a bound."""
 
 
 @hook
@@ -75,8 +74,8 @@ def two_least(first: Floats, second: Floats, delay: Floats) -> tuple[Floats, Flo
 def merged(
     k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int, next_: int
 ) -> tuple[float, float, int, int]:
-    """Returns the first and the second delay, and their partners, of those so far and of firsts and seconds
-    that have in their last six bits the partner's place in ``k.near``, from ``begin`` on."""
+    """Returns the two least delays, and their partners: of the two so far, and of firsts and seconds whose
+    last six bits have the partner's place in ``k.near``, from ``begin`` on."""
     first, second = sooner_two(first, second, turned(first, 4), turned(second, 4))
     first, second = sooner_two(first, second, turned(first, 2), turned(second, 2))
     first, second = sooner_two(first, second, turned(first, 1), turned(second, 1))
@@ -94,8 +93,8 @@ def merged(
 def alone(
     k: Kernel, begin: int, first: Floats, second: Floats, soon: float, rest: float, who: int
 ) -> tuple[float, float, int]:
-    """Returns what ``merged`` does, but for the second delay a bound: a little more than the first one, where
-    no other is within that, else the first one itself."""
+    """Returns the values of ``merged``, but instead of the second delay a bound: slightly more than the first
+    delay if no other is within that, else the first delay itself."""
     least = choose(turned(first, 4) < first, turned(first, 4), first)
     least = choose(turned(least, 2) < least, turned(least, 2), least)
     least = choose(turned(least, 1) < least, turned(least, 1), least)
@@ -112,8 +111,8 @@ def alone(
 def circles_meet(
     dx: Floats, dy: Floats, vx: Floats, vy: Floats, reach2: Floats, fat2: Floats
 ) -> tuple[Floats, Truths]:
-    """Returns when places come nearer to 0 than a reach, of which the square is given, bounds below that,
-    ``LEAST`` or more; and where they do not."""
+    """Returns lower bounds, ``LEAST`` or more, of the delays until places are nearer to 0 than a reach, given
+    as its square; and True for places that never are."""
     zero = spread(0.0)
     approach = dx * vx + dy * vy
     speed2 = vx * vx + vy * vy
@@ -123,12 +122,12 @@ def circles_meet(
     parts = (approach > zero) & (approach2 > fat2 * speed2)
     passes = parts | (inside < zero)
     delay = gap / (root(inside) - approach)
-    return choose(delay > spread(LEAST), delay, spread(LEAST)), passes  # what is not a number may touch now
+    return choose(delay > spread(LEAST), delay, spread(LEAST)), passes  # NaN: they may touch now
 
 
 @hook
 def nearest_image(k: Kernel, dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
-    """Returns the places of the nearest images."""
+    """Returns the separations of the nearest images."""
     torus = k.clock[0].torus
     halves = spread(HALVES)
     x = ((dx * spread(torus.per_x) + halves) - halves) * spread(torus.x)
@@ -138,8 +137,8 @@ def nearest_image(k: Kernel, dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
 
 @hook
 def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach: Floats) -> Floats:
-    """Returns delays, ``LEAST`` or more, or where that is sooner the time until any image but the nearest
-    could touch: it is half a period away, along an axis, until that is flown."""
+    """Returns delays, ``LEAST`` or more; or, if sooner, the time until any image except the nearest could
+    touch: the flight of half a period along an axis, less the reach."""
     torus = k.clock[0].torus
     zero = spread(0.0)
     x_delay = (spread(torus.half_x) - reach) / choose(vx < zero, zero - vx, vx)
@@ -151,7 +150,7 @@ def before_other_images(k: Kernel, delay: Floats, vx: Floats, vy: Floats, reach:
 
 @hook
 def motion_to(k: Kernel, body: int, other: int, at: int, periodic: bool) -> tuple[float, float, float, float]:
-    """Returns how another body, or its nearest image, is apart from a body at a tick, and how it moves."""
+    """Returns the separation from a body to another, or to its nearest image, at a tick, and the velocity."""
     elapsed = since_origin(k, at)
     one = k.places[body]
     two = k.places[other]
@@ -168,8 +167,8 @@ def motion_to(k: Kernel, body: int, other: int, at: int, periodic: bool) -> tupl
 
 @hook
 def motions(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Returns how eight bodies, from a place in ``k.near`` on, are apart from another one at a tick, and how
-    they move, along x and y."""
+    """Returns the separations at a tick from a body to eight others, from a place in ``k.near`` on, and the
+    relative velocities, along x and y."""
     elapsed = spread(since_origin(k, at))
     one = k.places[body]
     x, y, vx, vy = places(k.places, k.near, start)
@@ -182,8 +181,8 @@ def motions(k: Kernel, body: int, start: int, at: int) -> tuple[Floats, Floats, 
 def accelerated_motions(
     k: Kernel, body: int, start: int, at: int
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Returns how eight bodies with accelerations, from a place in ``k.near`` on, are apart from another one
-    at a tick: place, velocity and acceleration along x and y; and how long the chord of either lasts."""
+    """Returns the motion at a tick of eight accelerated bodies, from a place in ``k.near`` on, relative to a
+    body: place, velocity and acceleration along x and y; and the time to the first end of their chords."""
     elapsed = spread(since_origin(k, at))
     half = spread(0.5)
     zero = spread(0.0)
@@ -206,8 +205,8 @@ def accelerated_motions(
 def chords(
     vx: Floats, vy: Floats, bx: Floats, by: Floats, span: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Returns of ways with accelerations through a span of time: the span, 0 if it has no end (without any);
-    velocity along the chord; how far the way is from that at most; |x| + |y| of the acceleration."""
+    """Returns for accelerated ways through a span of time: the span, 0 for an infinite one (no acceleration);
+    the velocity along the chord; the largest distance of the way from it; |x| + |y| of the acceleration."""
     zero = spread(0.0)
     half = spread(0.5)
     h = choose(span < spread(2.0**200), span, zero)

@@ -1,7 +1,7 @@
 """The naive broad phase: every body is near every other, always.
 
-It prunes nothing and has no certificate that could fail, so by every measure of a kinetic data structure
-except the number of pairs it is ideal (thesis, section 2.2). It is the reference: it cannot miss a pair,
+It prunes nothing and has no certificate that could fail, so it is ideal by every measure of a kinetic data
+structure, except the number of pairs (thesis, section 2.2). It is the reference: it cannot miss a pair,
 so a phase that differs from it is wrong. It is also the shortest possible broad phase: ``near`` alone. It is
 prepared again for each insertion or removal, like any phase without ``enter`` and ``leave``.
 

@@ -1,10 +1,10 @@
-"""The responses that come with kinetile: what happens at a contact.
+"""The built-in responses: the effect of a contact on the two bodies.
 
-``elastic`` and ``pass`` are the kernel's own, and only listed here. ``restitution`` gives back a share e of
-the speed at which two bodies close. With e < 1 three bodies on a line can have infinitely many contacts in a
-finite time (McNamara and Young 1992; Zhou and Kadanoff 1996), so it comes with the TC rule (Luding and
-McNamara, Granular Matter 1, 113, 1998): a contact within ``contact_time`` of the last one of either body
-loses nothing. ``stop`` brings both to rest, such as a projectile and what it hits.
+``elastic`` and ``pass`` are in the kernel, and only listed here. ``restitution`` gives back a share e of the
+closing speed of two bodies. With e < 1 three bodies on a line can have infinitely many contacts in a finite
+time (McNamara and Young 1992; Zhou and Kadanoff 1996), so it has the TC rule (Luding and McNamara, Granular
+Matter 1, 113, 1998): a contact within ``contact_time`` of the last one of either body loses no energy.
+``stop`` brings both to rest, such as a projectile and its target.
 """
 
 import math
@@ -17,7 +17,7 @@ from kinetile_plugins.disc import exchange
 
 
 class Elastic:
-    """What the narrow phases do: momentum and energy are kept."""
+    """The response of the narrow phases: it conserves momentum and energy."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns no hook: the kernel has it."""
@@ -30,7 +30,7 @@ class Pass(Elastic):
 
 @hook
 def since_touched(k: Kernel, a: int, b: int) -> float:
-    """Returns for how long neither of two bodies, or a body before a wall, has had a contact."""
+    """Returns the time since the last contact of either of two bodies, or of a body before a wall."""
     now = k.clock[0].now
     since = now - k.traits[a].touched
     if b >= 0:
@@ -41,8 +41,8 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
 @unchecked
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Turns the closing speed round, with a share of it, ``rule.first``; all of it within ``rule.second``.
-    Those that close in by ``rule.third`` at most settle, if they may (rule 9r)."""
+    """Reverses the closing speed, times the share ``rule.first``; the whole speed within ``rule.second``. Two
+    bodies that close at ``rule.third`` at most settle, if they may (rule 9r)."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
     slow = rule.third
     one = k.bodies[a]
@@ -65,13 +65,13 @@ class Restitution:
 
     Args:
         e: the coefficient of restitution, from 0 to 1.
-        contact_time: a contact within so much time of the last one of either body loses nothing (that of an
-            immovable body with a movable one does not count), and what accelerations press together is back
-            after this time at the earliest, about; in the scene's time, below 1,024 units of its clock. It
-            may be left out only where e is 1.
-        settle: a body of finite mass that meets a wall, or a face of an immovable one at rest, no faster than
-            this, rests there or slides along it. For scenes with accelerations and an arena; it may be left
-            out: nothing comes to rest.
+        contact_time: a contact within this time of the last one of either body loses no energy (a contact of
+            an immovable body with a movable one does not count), and bodies that accelerations press together
+            return after about this time at the earliest; in the scene's time, below 1,024 units of its clock.
+            Optional only if e is 1.
+        settle: a speed. A body of finite mass that meets a wall, or a face of an immovable body at rest, no
+            faster than this, rests there or slides along it. For scenes with accelerations and an arena;
+            without it no body comes to rest.
 
     Raises BadOption for an invalid e, and for e < 1 without a contact_time above 0.
     """
@@ -95,7 +95,7 @@ class Restitution:
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers, and
-        for settle in a scene where nothing can settle."""
+        for settle in a scene whose bodies cannot settle."""
         if self.numbers[2] and (not scene.accelerated or scene.arena is None):
             lacks = "arena" if scene.accelerated else "accelerations"
             raise Refused(
@@ -111,13 +111,13 @@ class Restitution:
 
 
 REMEMBERED = 1024
-"""Units of the clock, 2^62 ticks, after which the tick of a body's last contact is forgotten."""
+"""Units of the clock, 2^62 ticks, after which the kernel forgets the tick of a body's last contact."""
 
 
 @unchecked
 @hook
 def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
-    """Brings both to rest; one that meets what nothing can move, to rest beside that. What was in a contact
+    """Brings both to rest; a body that meets an immovable one, to rest relative to it. A body with a contact
     within ``rule.first`` loses its speed along the normal alone (rule 11h): else a pile would be a jam."""
     one = k.bodies[a]
     if since_touched(k, a, b) <= rule.first:
@@ -142,7 +142,7 @@ def halt(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None
 
 
 class Stop:
-    """Both come to rest."""
+    """The response that brings both bodies to rest."""
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts."""
@@ -150,4 +150,4 @@ class Stop:
 
 
 FAMILY = (give_back, halt)
-"""Hooks that every loop with rules has: a scene with another response of this module compiles nothing."""
+"""Hooks of every loop with rules: a scene with another response of this module compiles no new loop."""

@@ -1,16 +1,15 @@
 """Sorted bounds (``sweep_and_prune``): their audit, slow and from scratch, and drawing.
 
-A bound is as far from its body's place as the body reaches to that side (``reach_to``). A list of the circles
-around bodies would be right as well, and has the more pairs the longer the bodies are.
+The distance from a body's place to its bound is the body's reach to that side (``reach_to``). A list of the
+circles around bodies would be right as well, but has more pairs, the longer the bodies are.
 
-Between two events the list of an axis must have each bound once and the ranks that belong to it; no bound may
-be right of its neighbour by more than rounding explains, unless that is about to be repaired; each bound must
-be noted with the tick at which the two plans say that it passes its neighbour, and each body scheduled for
-the first tick of its bounds; and the candidate pairs are those whose intervals overlap on every axis, each
-held once for every image through which they do.
+Between two events the list of an axis has each bound once, and the ranks match the list. No bound is right of
+its neighbour by more than rounding explains, unless a repair is due. Each bound is noted with the tick of
+passing its neighbour, by the two plans, and each body is scheduled for the first tick of its bounds.
+The candidate pairs overlap on every axis, and each is held once for every image of the overlap.
 
-A drawn bound hangs on its body, and has the tick at which it passes the one right of it. The first of all
-these certificates to fail is drawn as a line from one bound to the other, with what happens when they pass.
+A drawn bound is attached to its body, and has the tick of passing the bound right of it. The first of these
+certificates to fail is drawn as a line between the two bounds; its label says the effect ("meet" or "part").
 """
 
 from collections.abc import Iterator
@@ -51,34 +50,34 @@ ROWS = 1 << 9
 
 @hook
 def offset(k: Kernel, body: Records, side: int) -> float:
-    """Returns how far the bound of a body on a side is right of its place, or above it: the sides are those
-    of ``reach_to``, L and R on x, L and R on y."""
+    """Returns the offset of the bound of a body on a side, to the right of its place or above it. The sides
+    are numbered as in ``reach_to``: L and R on x, L and R on y."""
     reach = reach_to(body, side, k.clock[0].limits.skin)
     return reach if side & 1 else -reach
 
 
 def offsets(k: Kernel) -> Lengths:
-    """Returns (n, 4) what ``offset`` does, of all bodies."""
+    """Returns (n, 4) the values of ``offset`` for all bodies."""
     return np.asarray(reaches_of(k) * np.array([-1.0, 1.0, -1.0, 1.0]))
 
 
 class Lists(NamedTuple):
     """The sorted bounds of m bodies in n slots; bound 2 * body is L of a body, 2 * body + 1 its R.
 
-    On a periodic axis the order is one turn of an endless line of images, and a bound's place on it is that
-    of the image whose body is where its plan has it.
+    On a periodic axis the order is one turn of an endless line of images. A bound's place on that line is for
+    the image whose body is at the position of its plan.
     """
 
-    names: tuple[str, ...]  # of the lines along which they are sorted: "x", "y", or a direction
+    names: tuple[str, ...]  # of the lines of the lists: "x", "y", or a direction
     shares: Lengths  # (lists, 2) of x and y in a place on the line
-    away: Lengths  # (lists, 2n) how far each bound is right of its body's place
+    away: Lengths  # (lists, 2n) the offset of each bound to the right of its body's place
     order: Whole  # (lists, 2m) the bounds from left to right
-    place: Whole  # (lists, 2n) where each bound is in the order, from 0
-    due: Whole  # (lists, 2n) the tick at which each bound passes the one right of it
+    place: Whole  # (lists, 2n) the position of each bound in the order, from 0
+    due: Whole  # (lists, 2n) the tick of each bound to pass the one right of it
 
 
 def audit_bounds(k: Kernel, lists: Lists) -> Iterator[str]:
-    """Yields a sentence for everything that does not hold; O(n^2)."""
+    """Yields a sentence for each fault; O(n^2)."""
     names, _, _, order, place, due = lists
     there = np.flatnonzero(k.queue.number >= 0)
     bounds = np.sort(np.concatenate([2 * there, 2 * there + 1]))
@@ -113,7 +112,7 @@ def _along(shares: Lengths, x: Lengths, y: Lengths) -> Lengths:
 
 
 def _order(k: Kernel, lists: Lists, row: int) -> Iterator[str]:
-    """Neighbours are in order, and noted with the tick at which they pass."""
+    """Yields each two neighbours that are out of order, or noted with a wrong tick of passing."""
     bodies, clock = k.bodies, k.clock[0]
     name, shares, away = lists.names[row], lists.shares[row], lists.away[row]
     order, place, due = lists.order[row], lists.place[row], lists.due[row]
@@ -151,13 +150,13 @@ def _names(left: int, right: int, name: str) -> str:
 
 
 def _overlaps(low: Whole, high: Whole, rows: slice) -> Whole:
-    """Returns (rows, n) through how many images two intervals overlap, by the places of their ends."""
+    """Returns (rows, n) the number of images through which two intervals overlap, by their ends' places."""
     turn = 2 * len(low)
     return (high[rows, None] - low) // turn - (low[rows, None] - high) // turn
 
 
 def _pairs(k: Kernel, place: Whole, there: Whole) -> Iterator[str]:
-    """The candidate pairs are the bodies whose intervals overlap on every axis, held once for every image."""
+    """Yields each difference from the pairs that overlap on every axis, held once for every image."""
     live = k.pairs[k.pairs.a >= 0]
     held = dict(zip(zip(live.a.tolist(), live.b.tolist(), strict=True), live.holds.tolist(), strict=True))
     lower, upper = place[:, 2 * there], place[:, 2 * there + 1]
@@ -183,8 +182,8 @@ IN_MATRIX = 64
 
 
 def draw_bounds(k: Kernel, lists: Lists) -> Iterator[Item]:
-    """Draws one line with the bounds on it, or what bodies are bounded by and the pairs of those that
-    overlap; and which two bounds pass next."""
+    """Draws one line with the bounds on it, or the boxes or polygons of bodies with the overlapping pairs;
+    and the two bounds that pass next."""
     if not lists.order.size:
         return
     along_axes, several = not lists.shares.all(axis=1).any(), len(lists.names) > 1
@@ -199,7 +198,7 @@ def draw_bounds(k: Kernel, lists: Lists) -> Iterator[Item]:
 
 
 def _line(k: Kernel, lists: Lists) -> Iterator[Item]:
-    """Yields the axis, at the edge of the arena or of where bodies are, and each bound as a line to it."""
+    """Yields the axis, at the edge of the arena or of the bodies, and each bound as a line to it."""
     order, axis = lists.order[0], int(lists.names[0] == "y")
     there = np.sort(order[order & 1 == 0] >> 1)
     now, away = positions_now(k)[there], offsets(k)[there]
@@ -249,7 +248,7 @@ def _boxes(lists: Lists) -> Iterator[Item]:
 
 
 def _polygons(lists: Lists) -> Iterator[Item]:
-    """Yields what the lines bound each body by, with the tick of the first of its bounds to pass."""
+    """Yields the polygon of each body's bounds, with the tick of the first of its bounds to pass."""
     normals = np.concatenate([-lists.shares, lists.shares])
     around = np.argsort(np.arctan2(*normals.T[::-1]))
     sides = np.stack([normals, np.roll(normals[around], -1, axis=0)[np.argsort(around)]], axis=1)[around]
@@ -268,7 +267,7 @@ def _present(lists: Lists) -> Iterator[tuple[int, int]]:
 
 def _certificate(k: Kernel, lists: Lists, row: int, foot: float | None = None) -> Iterator[Segment]:
     """Yields the first certificate of a list to fail: a line between two bounds, at a height or from body to
-    body; of a periodic axis, to the image that is watched, and along the other axis to the nearest."""
+    body. On a periodic axis the line ends at the watched image, along the other axis at the nearest image."""
     order, place, due = lists.order[row], lists.place[row], lists.due[row]
     at = int(np.argmin(due[order]))
     period = _period(k, lists, row)
@@ -293,7 +292,7 @@ def _certificate(k: Kernel, lists: Lists, row: int, foot: float | None = None) -
 
 
 def _entries(lists: Lists) -> Iterator[Item]:
-    """Yields the entries of the matrix: in which lists two bodies overlap, if any."""
+    """Yields the entries of the matrix: for each two bodies the lists with an overlap, if any."""
     there = np.array([body for body, _ in _present(lists)])
     if len(there) > IN_MATRIX:
         return
@@ -311,7 +310,7 @@ def _edge(lists: Lists, row: int, bound: int) -> At:
 
 
 def _rim(lists: Lists, row: int, bound: int, along: float = 0.0) -> Point:
-    """Returns where a slanted bound touches its body, or beside that along it, in reaches of the body."""
+    """Returns the common point of a slanted bound and its body, moved along the bound by some reaches."""
     x, y = (lists.shares[row] * (lists.away[row, bound] / (lists.shares[row] @ lists.shares[row]))).tolist()
     return At(bound >> 1, x - along * y), At(bound >> 1, y + along * x)
 

@@ -1,52 +1,52 @@
-"""Sweep-and-prune: the bounds of all bodies, kept sorted while they move, on one axis, on both, or along
-lines of any direction and in any number (thesis, section 3.2 and appendix A.4).
+"""Sweep-and-prune: the bounds of all bodies, kept sorted while bodies move, on one axis, on both axes, or
+along any number of lines of any direction (thesis, section 3.2 and appendix A.4).
 
-On an axis each body has a lower bound L and an upper bound R, as far from its place as it reaches to either
-side. The 2n bounds are in a list in their order, and each two neighbours have a certificate: the left one is
-not right of the right one. When it fails, they change places and the three gaps around them are scheduled
-again (thesis, figure 9). Two intervals overlap until an R and an L pass::
+On an axis each body has a lower bound L and an upper bound R. Their distances from the body's place are its
+reaches to the two sides. A list holds the 2n bounds in order, and each two neighbours have a certificate: the
+left bound is not right of the right one. When a certificate fails, the two bounds are exchanged, and the
+three gaps around them are scheduled again (thesis, figure 9). Overlaps change only when an R and an L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet
     L(a) R(b)  ->  R(b) L(a)    the intervals part
 
-``sap-1d`` sorts one axis, and its candidate pairs are the bodies whose intervals overlap there. ``sap-2d``
-sorts both, and its pairs are those whose boxes overlap. When two intervals meet on one axis, the answer
-depends on the other one; the thesis keeps a matrix for that, with the number of axes on which each two bodies
-overlap (figure 8). Here the two lists are the matrix: the places of four bounds say whether two bodies
-overlap on an axis, so memory is O(n + overlaps) where a stored matrix needs n^2. ``sap-k`` has k lists, and
-its pairs are those whose intervals overlap in all of them; the other two are cases of it.
+``sap-1d`` sorts one axis; its candidate pairs are the bodies whose intervals overlap there. ``sap-2d`` sorts
+both axes; its candidate pairs are the bodies whose boxes overlap. When two intervals meet on one axis, the
+other axis decides. The thesis stores a matrix for this decision; it counts for each two bodies the axes with
+an overlap (figure 8). Here the two lists replace the matrix: the places of four bounds say whether two bodies
+overlap on an axis, so memory is O(n + overlaps), while a stored matrix needs n^2. ``sap-k`` has k lists; its
+candidate pairs overlap in all of them. ``sap-1d`` and ``sap-2d`` are cases of it.
 
-The list defines which bound is left. The sign of the relative velocity decides whether a certificate will
-fail (``falls``), so no rounded coordinate is ever compared to restore an order that history has fixed;
-coordinates are sorted once, at the start, ties by velocity (the order an instant later), R before L, number.
+The list defines the order of bounds. The sign of the relative velocity decides whether a certificate will
+fail (``falls``), so no rounded coordinate is ever compared to restore an order that history has fixed.
+Coordinates are sorted once, at the start; ties by velocity (the order an instant later), R before L, number.
 
 A body owns the gaps behind its bounds, and schedules the first of them to close: one certificate a body, so
-that the queue holds n entries. Each failure repairs one gap, so the exchanges are those of the thesis, one by
-one. Ticks and places of a body are eight numbers side by side, a cache line. A failure costs O(1), and
-``near`` walks the list of a body's pairs. The weakness of one axis is the number of pairs: 2 r n^2 for n
-bodies of radius r in a unit box, all of them in the worst case (figure 10). Two axes have twice the events
-and about 0.6 n pairs in a dense gas, and in the worst case all pairs as well (figure 11).
+the queue holds n entries. Each failure repairs one gap, so the exchanges are exactly the exchanges of the
+thesis. Ticks and places of a body are eight adjacent numbers, a cache line. A failure costs O(1), and
+``near`` reads the list of a body's pairs. The weakness of one axis is the number of pairs: 2 r n^2 for n
+bodies of radius r in a unit box, all pairs in the worst case (figure 10). Two axes have twice the events and
+about 0.6 n pairs in a dense gas, and in the worst case all pairs as well (figure 11).
 
-**Slanted lines.** For whole numbers p and q a place is (p x + q y) / (|p| + |q|), so it is no further from 0
-than a coordinate is, and has a few roundings more: those of the projection of places and of velocities. They
-are in ``WIDER``: a bound is as much further out. Along a slanted line a shape counts as its circle.
+**Slanted lines.** For whole numbers p and q, a place on the line is (p x + q y) / (|p| + |q|). So it is no
+further from 0 than a coordinate is, and has a few more roundings, from projecting places and velocities.
+``WIDER`` moves each bound out by as much. Along a slanted line a shape counts as its circle.
 
-**Periodic axes.** The images of all bounds are on an endless line, and repeat after a period. The list of
-an axis holds one image of each bound, a period of the line, and its last bound has the first one behind it, a
-period further right. That gap is watched like any other. When it closes, the two exchange, and the list holds
-from then on the image of one that is a period further left, and of the other that is one further right. So a
-border is no event. Places are counted on that line, ``TURN`` of them to a period. The place that is kept of a
-bound is that of the image whose body is at its unwrapped place; the one in the list is whole turns away::
+**Periodic axes.** The images of all bounds lie on an endless line and repeat after a period. The list of an
+axis holds one image of each bound, together one period of the line. Behind its last bound is the first one, a
+period further right, and this gap is watched like any other. When it closes, the two bounds are exchanged:
+from then on the list holds an image of one that is a period further left, and of the other an image that is a
+period further right. So borders are no events. Places count along this line, ``TURN`` to a period. A bound's
+stored place is for the image at the body's unwrapped place, whole turns from its place in the list::
 
     place of a bound = slot in the list + TURN * periods from the bound in the list to the unwrapped one
 
-Differences of places say all that is needed, so places may overflow. Through how many images two bodies
-overlap along an axis is read off four of them. A pair is held once for each image through which two boxes
-overlap. A body's own images are no pairs: their gap never changes. An axis with walls has a list with two
-ends, and places below ``TURN``, so all of this holds there too.
+Only differences of places are read, so places may overflow. Four places give the number of images through
+which two bodies overlap along an axis. A pair is held once for each image through which two boxes overlap. A
+body is no pair with its own images: their gap never changes. An axis with walls has a list with two ends, and
+places below ``TURN``, so all of this holds there too.
 
-The hooks are made for a number of lists, along the axes or slanted, and for scenes with or without periodic
-axes (``constants``). Directions are in the state, so all choices of one number of slanted ones have one loop.
+The hooks are compiled for a number of lists, along the axes or slanted, and for scenes with or without
+periodic axes (``constants``). Directions are in the state, so all sets of k slanted lines share one loop.
 """
 
 import math
@@ -83,18 +83,18 @@ from kinetile.toolbox import (
 from .sorted_bounds import Lengths, Lists, audit_bounds, draw_bounds, offset, offsets
 
 PLACE = 4
-"""How far the place of a bound is behind its tick in ``bounds``, with up to two lists."""
+"""The distance in ``bounds`` from the tick of a bound to its place, with up to two lists."""
 
 END = -1
-"""The entry of the order before the first bound of an axis and behind the last."""
+"""The entry of ``order`` before the first bound of an axis, and behind the last."""
 
 BITS = 28
 TURN = 1 << BITS
 """Places in a period of the endless line: more than the list has slots."""
 
 WIDER = 1.25
-"""The skin along a slanted line, in skins of the scene: with it 2n gaps that are as much further from zero by
-rounding, and by a slanted line's shorter unit, still leave room (docs/one-answer.md)."""
+"""The skin along a slanted line, in skins of the scene. Along it, rounding and a shorter unit move each gap
+further from zero; with this skin, 2n such gaps still leave room (docs/one-answer.md)."""
 
 AXES = {"x": (1, 0), "y": (0, 1)}
 NAMES = {way: name for name, way in AXES.items()}
@@ -103,25 +103,25 @@ SIXTEEN = (
     *((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5)),
     *((0, 1), (-1, 5), (-2, 5), (-2, 3), (-1, 1), (-3, 2), (-5, 2), (-5, 1)),
 )
-"""Directions some 11 degrees apart, half a turn in all."""
+"""Directions at steps of some 11 degrees, half a turn in all."""
 
 
 class State(NamedTuple):
-    """The sorted lists. With up to two a body's bounds are numbered 8 * body + 0 to 3: L and R on x, L and R
-    on y. With up to four they are 16 * body + 0 to 7, and so on."""
+    """The sorted lists. With up to two lists, a body's bounds are numbered 8 * body + 0 to 3: L and R on x, L
+    and R on y. With up to four lists, the numbers are 16 * body + 0 to 7, and so on."""
 
     # n slots for bodies, k lists
-    order: Records  # for each list 2n + 2: the bounds from left to right, after one END and before others
-    bounds: Records  # (8n,) when each bound passes the one after it; at PLACE behind that, its place
-    span: Records  # (2,) of a body's bounds, the first that is sorted, and the one behind the last
+    order: Records  # 2n + 2 for each list: the bounds from left to right, after one END and before others
+    bounds: Records  # (8n,) the tick of each bound to pass the next one; PLACE behind that, its place
+    span: Records  # (2,) the first sorted bound of a body, and the one behind its last
     ways: Records  # (2k,) the directions of the lists, whole numbers
-    # (4k,) if they are slanted: the shares of x and y in a place, and of a body's reach in how far its bounds
-    # are from it, and what is added to that
+    # (4k,) if they are slanted: the shares of x and y in a place; the share of a body's reach in the distance
+    # from the body to its bounds, and a constant added to that distance
     lines: Records
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sorts the bounds of each axis as they are now, and will be a moment later."""
+    """Sorts the bounds of each axis by their positions now; ties by their positions a moment later."""
     place, clock, first = positions_now(k), k.clock[0], int(s.span[0])
     s.order[:] = END
     body, upper = np.divmod(np.arange(2 * len(place)), 2)
@@ -144,10 +144,10 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 def arrange_best(k: Kernel, s: State) -> None:
-    """Sorts the bounds along that of sixteen directions on which they are expected to pass each other the
-    least: by the mean relative speed of two bodies, over how far bodies are spread. Contacts turn velocities,
-    so the speed is that along the direction, and as much that along all. Of equal ones the first counts, so a
-    choice is a function of the present plans."""
+    """Sorts the bounds along the one of sixteen directions with the fewest expected exchanges: the least mean
+    relative speed of two bodies, divided by the spread of the bodies. Contacts turn velocities, so the speed
+    along the direction and the mean speed along all have equal weight. The first of equal directions counts,
+    so the choice is a function of the present plans."""
     place = positions_now(k)
     costs = np.array([np.inf])
     if len(place) > 1:
@@ -163,24 +163,24 @@ def arrange_best(k: Kernel, s: State) -> None:
 
 
 def _stride(end: int) -> int:
-    """Returns how many numbers a body has in ``bounds``: a power of two."""
+    """Returns the number of entries of a body in ``bounds``: a power of two."""
     return max(2 * PLACE, 1 << (2 * end - 1).bit_length())
 
 
 FIRST, BEYOND = 0, 2
-"""The first of a body's bounds that is sorted, and the one behind the last: of one list along x, as all
-constants down to the hooks. ``_hooks`` puts others in their place."""
+"""The first sorted bound of a body, and the one behind its last. This and all constants down to the hooks are
+for one list along x; ``_hooks`` replaces them."""
 
 CIRCULAR = SLANTED = False
-"""Whether an axis of the scene is periodic; whether lists are along lines of any direction, not the axes."""
+"""True if an axis of the scene is periodic; True if lists are along lines of any direction, not the axes."""
 
 COUNT, STRIDE, PLACE_AT, SHIFT = 1, 2 * PLACE, PLACE, 3
-"""How many lists there are; a body's numbers in ``bounds``; those from a tick to its place; log2 STRIDE."""
+"""The number of lists; a body's entries in ``bounds``; entries from a tick to its place; log2 STRIDE."""
 
 
 @hook
 def own_list(bound: int) -> int:
-    """Returns which of the lists a bound is in."""
+    """Returns the number of a bound's list."""
     return (bound & (PLACE_AT - 1)) >> 1
 
 
@@ -202,13 +202,13 @@ def period_of(k: Kernel, bound: int) -> float:
 
 @hook
 def slot_of(s: State, bound: int) -> int:
-    """Returns where a bound is in ``order``."""
+    """Returns the position of a bound in ``order``."""
     return int(s.bounds[bound + PLACE_AT] & (TURN - 1)) if CIRCULAR else int(s.bounds[bound + PLACE_AT])
 
 
 @hook
 def first_slot(s: State, bound: int) -> int:
-    """Returns where the list of a bound begins in ``order``."""
+    """Returns the first position of a bound's list in ``order``."""
     return 1 + own_list(bound) * (len(s.order) // COUNT) if COUNT > 1 else 1
 
 
@@ -233,7 +233,7 @@ def behind(k: Kernel, s: State, bound: int) -> int:
 
 @hook
 def edge(k: Kernel, s: State, bound: int, at: int) -> float:
-    """Returns where a bound is at a tick, by the place of its body's plan."""
+    """Returns the position of a bound at a tick, by the plan of its body."""
     body = k.bodies[bound >> SHIFT]
     x, y = position_at(k, body, at)
     if SLANTED:
@@ -247,7 +247,7 @@ def edge(k: Kernel, s: State, bound: int, at: int) -> float:
 @hook
 def rate_between(k: Kernel, s: State, left: int, right: int) -> float:
     """Returns the rate of the gap between two bounds of a list. Along a slanted line it is the difference
-    of one number of each, so that any three have an order by it."""
+    of one number of each bound, so it orders any three bounds consistently."""
     p = k.bodies[left >> SHIFT]
     q = k.bodies[right >> SHIFT]
     if SLANTED:
@@ -257,7 +257,7 @@ def rate_between(k: Kernel, s: State, left: int, right: int) -> float:
 
 @hook
 def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
-    """Returns how far a bound is right of the one before it in the order: its first image behind that."""
+    """Returns the distance from a bound to the next one in the order: to its first image behind the bound."""
     gap = edge(k, s, right, at) - edge(k, s, left, at)
     if CIRCULAR:
         one = k.images[left >> SHIFT]
@@ -270,7 +270,7 @@ def gap_between(k: Kernel, s: State, left: int, right: int, at: int) -> float:
 
 @hook
 def watch(k: Kernel, s: State, left: int, right: int) -> None:
-    """Watches the gap between two neighbours on an axis, for the body of the left one."""
+    """Watches the gap between two neighbours on an axis, for the body of the left bound."""
     due = NEVER
     if right != END:
         since = larger(k.bodies[left >> SHIFT].anchor, k.bodies[right >> SHIFT].anchor)
@@ -286,10 +286,10 @@ def watch(k: Kernel, s: State, left: int, right: int) -> None:
 
 @hook
 def overlaps(s: State, one: int, other: int) -> int:
-    """Returns through how many images two bodies overlap in a list, given their Ls there.
+    """Returns the number of images through which two bodies overlap in a list, given their Ls there.
 
-    Those are the whole turns by which the second can be moved for its R to be right of the first one's L,
-    and its L left of the first one's R.
+    It is the number of whole turns that move the second body so that its R is right of the first body's L,
+    and its L is left of the first body's R.
     """
     one += PLACE_AT
     other += PLACE_AT
@@ -302,7 +302,7 @@ def overlaps(s: State, one: int, other: int) -> int:
 
 @hook
 def elsewhere(s: State, one: int, other: int) -> int:
-    """Returns through how many images two bodies overlap in all lists but that of two of their bounds."""
+    """Returns the number of images through which two bodies overlap in all lists except their bounds' own."""
     times = 1
     if COUNT == 2:
         times = overlaps(s, (one ^ 2) & -2, (other ^ 2) & -2)
@@ -315,7 +315,7 @@ def elsewhere(s: State, one: int, other: int) -> int:
 
 @hook
 def holds(s: State, a: int, b: int) -> int:
-    """Returns through how many images the intervals of two bodies overlap in all lists."""
+    """Returns the number of images through which the intervals of two bodies overlap in all lists."""
     one = STRIDE * a + FIRST
     other = STRIDE * b + FIRST
     return overlaps(s, one, other) * elsewhere(s, one, other)
@@ -324,8 +324,8 @@ def holds(s: State, a: int, b: int) -> int:
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Watches all gaps; holds a pair once for every L of another body between the bounds of one, in the
-    first list, and every image through which the two overlap in the others."""
+    """Watches all gaps. Holds a pair of bodies once for every L of one between the bounds of the other in the
+    first list, times the number of images through which the two overlap in the other lists."""
     for body in range(k.clock[0].bodies):
         for bound in range(STRIDE * body, STRIDE * body + PLACE_AT):
             s.bounds[bound] = NEVER
@@ -348,7 +348,7 @@ def build(k: Kernel, s: State) -> None:
 @unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """A bound passes the one behind it: exchange them, compare other lists, watch three gaps."""
+    """Exchanges a bound and the one behind it, which it passes; compares other lists; watches three gaps."""
     left = STRIDE * body + FIRST
     for bound in range(left + 1, left + BEYOND - FIRST):
         if s.bounds[bound] < s.bounds[left]:
@@ -380,7 +380,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
-    """A body's plan changed: watch the gaps on both sides of its bounds."""
+    """Watches the gaps on both sides of a body's bounds, for its plan changed."""
     for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
         outer = before(k, s, bound)
         if outer != END:
@@ -390,8 +390,8 @@ def replan(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def insert_bound(k: Kernel, s: State, bound: int) -> None:
-    """Puts a bound into the list of its axis, right of all that are not right of it; those behind it move
-    up. Of its images that one is taken which is less than a period right of the first bound. O(n)."""
+    """Inserts a bound into the list of its axis, right of all bounds that are not right of it; bounds behind
+    it move up. On a periodic axis, inserts its image less than a period right of the first bound. O(n)."""
     now = k.clock[0].now
     place = first_slot(s, bound)
     head = s.order[place]
@@ -428,7 +428,7 @@ def insert_bound(k: Kernel, s: State, bound: int) -> None:
 
 @hook
 def take_bound_out(s: State, bound: int) -> None:
-    """Takes a bound out of the list of its axis; those behind it close the gap. O(n)."""
+    """Removes a bound from the list of its axis; bounds behind it move down. O(n)."""
     place = slot_of(s, bound)
     while s.order[place] != END:
         after = s.order[place + 1]
@@ -441,7 +441,7 @@ def take_bound_out(s: State, bound: int) -> None:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """A body is inserted: its bounds find their places, its pairs are those that overlap it."""
+    """Inserts a body: its bounds into the lists, and a pair for each body that overlaps it."""
     for bound in range(STRIDE * body, STRIDE * body + PLACE_AT):
         s.bounds[bound] = NEVER
     for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
@@ -456,12 +456,12 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """A body is removed, and its pairs with it; the gaps that close behind its bounds are watched."""
+    """Removes a body and its pairs; watches the gaps left behind by its bounds."""
     for at in range(pairs_of(k, body)):
         for _ in range(holds(s, body, k.near[at])):
             remove_pair(k, body, k.near[at])
     for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
-        s.bounds[bound] = before(k, s, bound)  # while all are there; its own tick is needed no more
+        s.bounds[bound] = before(k, s, bound)  # while all are present; its own tick is no longer needed
     for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
         take_bound_out(s, bound)
     for bound in range(STRIDE * body + FIRST, STRIDE * body + BEYOND):
@@ -474,13 +474,13 @@ def leave(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names the bodies whose intervals or boxes overlap a body's."""
+    """Names the bodies whose intervals or boxes overlap the body's."""
     return pairs_of(k, body)
 
 
 @cache
 def _hooks(first: int, beyond: int, circular: bool, slanted: bool) -> dict[str, Any]:
-    """Returns the hooks for a number of lists and a kind of scene, by their names."""
+    """Returns the hooks by name, for a number of lists and a kind of scene."""
     inner = own_list, along, period_of, slot_of, first_slot, before, behind, edge, rate_between, gap_between
     outer = watch, overlaps, elsewhere, holds, insert_bound, take_bound_out
     called = build, repair, replan, enter, leave
@@ -494,7 +494,7 @@ def _hooks(first: int, beyond: int, circular: bool, slanted: bool) -> dict[str, 
 
 
 def _away(k: Kernel, s: State) -> Lengths:
-    """Returns (lists, 2n) how far each bound is right of its body's place."""
+    """Returns (lists, 2n) the offset of each bound to the right of its body's place."""
     if not len(s.lines):
         sides, count = offsets(k)[:, int(s.span[0]) : int(s.span[1])], len(s.ways) >> 1
         return sides.reshape(len(sides), count, 2).swapaxes(0, 1).reshape(count, -1)
@@ -503,8 +503,8 @@ def _away(k: Kernel, s: State) -> Lengths:
 
 
 def _lists(k: Kernel, s: State) -> Lists:
-    """Returns the lists in ``sorted_bounds``'s numbers: a turn is as long as the list, and places count from
-    where the body's plan has it."""
+    """Returns the lists in the numbers of ``sorted_bounds``: a turn is as long as the list, and places count
+    from the position that the body's plan gives."""
     ways, first, end = s.ways.reshape(-1, 2), int(s.span[0]), int(s.span[1])
     count, half = len(ways), _stride(end) >> 1
     order = s.order.reshape(count, -1)[:, 1 : 1 + 2 * int(k.clock[0].present)].astype(np.int64)
@@ -521,12 +521,12 @@ def _lists(k: Kernel, s: State) -> Lists:
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields what does not hold of the sorted bounds and the pairs."""
+    """Yields a sentence for each fault of the sorted bounds and the pairs."""
     return audit_bounds(k, _lists(k, s))
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draws the sorted bounds, and which two pass next."""
+    """Draws the sorted bounds, and the two that pass next."""
     return draw_bounds(k, _lists(k, s))
 
 
@@ -535,8 +535,8 @@ class SweepAndPrune:
 
     Args:
         axis: the axis along which bounds are sorted, "x" (default) or "y"; or a direction, two whole numbers
-            such as "3:4"; or "auto": of sixteen directions that along which bodies are expected to pass each
-            other the least, chosen at each start.
+            such as "3:4"; or "auto": the one of sixteen directions along which bodies are expected to pass
+            each other least often, chosen at each start.
     """
 
     def __init__(self, *, axis: str = "x") -> None:
@@ -552,7 +552,7 @@ class SweepAndPruneMatrix:
     """Sweep-and-prune on both axes: bounding boxes."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Returns the parts; any scene will do."""
+        """Returns the parts; accepts every scene."""
         return _parts("sap-2d", scene, tuple(AXES.values()))
 
 
@@ -560,8 +560,8 @@ class SweepAndPruneMany:
     """Sweep-and-prune along k lines at once.
 
     Args:
-        directions: how many lines, 1 to 16, evenly spread from x on (default 3); or the lines themselves,
-            such as "x+y+3:4".
+        directions: the number of lines, 1 to 16, evenly spread from x on (default 3); or the lines
+            themselves, such as "x+y+3:4".
     """
 
     def __init__(self, *, directions: int | str = 3) -> None:
@@ -584,7 +584,7 @@ class SweepAndPruneMany:
 
 
 def _read_way(phase: str, option: str, way: object, also: str = "") -> tuple[int, int]:
-    """Returns a direction: of "x" and "y", or two whole numbers as text."""
+    """Returns a direction, given as "x", "y", or two whole numbers as text."""
     found = re.fullmatch(r"(-?\d{1,6}):(-?\d{1,6})", way) if isinstance(way, str) else None
     p, q = map(int, found.groups()) if found else AXES.get(str(way), (0, 0))
     if not p and not q:

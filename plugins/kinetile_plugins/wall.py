@@ -1,7 +1,7 @@
 """The narrow phase of a body and the arena's four walls.
 
-The kernel holds one wall certificate a body: the first wall that its present plan reaches. It is computed
-again only when the plan changes, so no broad phase depends on walls.
+The kernel holds one wall certificate for each body: the first wall that its present plan reaches. It is
+recomputed only when the plan changes, so no broad phase depends on walls.
 
 As with discs, contact means approach: a body that touches a wall and moves along it or away is not in
 contact. In a corner the first wall of left, right, bottom, top counts; the other follows at the same tick.
@@ -38,7 +38,7 @@ def _of_shape(body: Records) -> tuple[float, float, float, float]:
 @with_shapes(_of_shape)
 @hook
 def extent(body: Records) -> tuple[float, float, float, float]:
-    """Returns how far a body reaches to the left, right, bottom and top (rules 6 and 6s)."""
+    """Returns the reaches of a body to the left, right, bottom and top (rules 6 and 6s)."""
     return body.radius, body.radius, body.radius, body.radius
 
 
@@ -83,20 +83,20 @@ def _walls(x: bool, y: bool) -> Callable[[Kernel, Records], tuple[int, int]]:
     @unchecked
     @hook
     def reach_wall(k: Kernel, body: Records) -> tuple[int, int]:
-        """Returns (tick, wall) of the first contact of a body with a wall; ``NEVER`` where there is none."""
+        """Returns (tick, wall) of the first contact of a body with a wall; ``NEVER`` without a contact."""
         return first_wall(k, body, x, y)
 
     return reach_wall
 
 
 WALLS = {"": _walls(True, True), "x": _walls(False, True), "y": _walls(True, False)}
-"""``reach_wall`` by the axes that are periodic."""
+"""``reach_wall`` by the periodic axes."""
 
 
 @unchecked
 @hook
 def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
-    """Returns the same for any scene: without an arena, or with an axis that is periodic, too."""
+    """Returns the same for any scene, also without an arena or with a periodic axis."""
     clock = k.clock[0]
     walls = clock.limits.width > 0.0
     return first_wall(k, body, walls and clock.torus.x == 0.0, walls and clock.torus.y == 0.0)
@@ -105,7 +105,7 @@ def reach_any_wall(k: Kernel, body: Records) -> tuple[int, int]:
 @unchecked
 @hook
 def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
-    """Returns the normal into the wall, and how deep the body is in it."""
+    """Returns the normal into the wall, and the depth of the body in it."""
     limits = k.clock[0].limits
     left, right, down, up = extent(body)
     if wall == LEFT:
@@ -120,7 +120,7 @@ def touch(k: Kernel, body: Records, wall: int) -> tuple[float, float, float]:
 @unchecked
 @hook
 def bounce(k: Kernel, body: Records, wall: int) -> float:
-    """Turns the velocity away from the wall; returns how deep the body is in it."""
+    """Turns the velocity away from the wall; returns the depth of the body in it."""
     _, _, depth = touch(k, body, wall)
     if wall == LEFT or wall == RIGHT:  # noqa: SIM109 - no tuple in a hook
         body.vx = -body.vx
@@ -132,7 +132,7 @@ def bounce(k: Kernel, body: Records, wall: int) -> float:
 @unchecked
 @hook
 def reach_accelerated(k: Kernel, body: Records) -> tuple[int, int]:
-    """Returns (tick, wall) of the first contact; of several the first of left, right, bottom, top."""
+    """Returns (tick, wall) of the first contact; for a tie the first of left, right, bottom, top."""
     clock = k.clock[0]
     limits = clock.limits
     if limits.width == 0.0:  # there is no arena, and the parts are general
@@ -169,14 +169,14 @@ class Wall:
     """Elastic contact of a body with the walls of a rectangular arena.
 
     Args:
-        general: the same parts for all scenes, those without an arena too, so that they share a loop.
+        general: True for the same parts in all scenes, also without an arena, so that they share a loop.
     """
 
     def __init__(self, general: bool = False) -> None:
         self.general = general
 
     def prepare(self, scene: Scene) -> WallParts:
-        """Returns the parts; refuses a scene without walls, unless they are general."""
+        """Returns the parts; refuses a scene without walls, unless the parts are general."""
         if self.general and not scene.accelerated:
             return _parts(reach_any_wall)
         if scene.arena is None and not self.general:

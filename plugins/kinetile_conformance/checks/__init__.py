@@ -1,5 +1,5 @@
-"""The checks: all that a broad phase must do, in the order in which they are run and reported. ``table.toml``
-has for each strategy the observations that are made on its scenes, and on how many of them."""
+"""The checks: all duties of a broad phase, in the order of runs and reports. ``table.toml`` has for each
+strategy the observations on its scenes, and the number of scenes for each."""
 
 import tomllib
 from collections.abc import Iterator
@@ -37,14 +37,14 @@ def _checks() -> Iterator[Check]:
     at_home: set[str] = set()
     for name, row in _READ.items():
         cells = row.pop("observed")
-        strategy = Strategy(name, DRAWS[name], **row) if row else None  # else they have scenes of their own
+        strategy = Strategy(name, DRAWS[name], **row) if row else None  # else they have their own scenes
         for observed, count in cells.items():
             yield Check(OBSERVATIONS[observed], strategy, count / 100, observed not in at_home)
             at_home.add(observed)
 
 
 CHECKS: tuple[Check, ...] = tuple(_checks())
-"""The first check of an observation is where it is at home."""
+"""The first check of an observation is its home."""
 
 
 FIRST = tuple(
@@ -53,11 +53,11 @@ FIRST = tuple(
     if each.name in ("same-contacts", "its-structure-is-true", "writes-only-where-it-may")
     or (each.at_home and each.observation.judges in ("pair", "wall", "response"))
 )
-"""Those that are run as Python first: few of their scenes show most errors."""
+"""Checks that are run as Python first: few of their scenes show most errors."""
 
 
 def check_named(name: str) -> Check:
-    """Returns the check of a name; raises ValueError, with the names there are."""
+    """Returns the check of a name; raises ValueError, which lists the names."""
     for each in CHECKS:
         if each.name == name:
             return each
@@ -65,12 +65,12 @@ def check_named(name: str) -> Check:
 
 
 def most(strategy: Strategy, examples: int) -> int:
-    """Returns the number of scenes that are drawn of a strategy, for all its checks."""
+    """Returns the number of scenes to draw of a strategy, for all its checks."""
     return max(each.count(examples) for each in CHECKS if each.strategy == strategy)
 
 
 def table(examples: int) -> list[tuple[str, int, str]]:
-    """Returns for each check what draws its scenes, how many, and its name, strategy by strategy."""
+    """Returns the strategy, the number of scenes and the name of each check, strategy by strategy."""
     return [
         (each.strategy.name if each.strategy else "scenes of its own", each.count(examples), each.name)
         for each in CHECKS

@@ -1,5 +1,5 @@
-"""A check: a cell of the table of strategies and observations. An observation looks at one scene, which a
-strategy draws, under a phase, and raises ``Disagreement`` where something is not as it must be."""
+"""A check: a cell of the table of strategies and observations. A strategy draws scenes; an observation runs
+one of them under a phase, and raises ``Disagreement`` for a fault."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ Reference = Callable[[Scene, int], RunOutcome]
 """Returns the reference's outcome of a scene, with a number of contacts at most."""
 
 JUDGED = 20
-"""Bodies up to which exact arithmetic decides which is right: with hundreds it takes a second a scene."""
+"""The most bodies for a decision by exact arithmetic: with hundreds it takes a second a scene."""
 
 
 class DoesNotApply(Refused):
-    """A phase does not claim what a check puts to the test."""
+    """A phase does not claim the property that a check tests."""
 
 
 class Disagreement(AssertionError):
-    """A phase does not do what a check says; ``scene`` is that of the observation, if it is another one."""
+    """A phase fails a check; ``scene`` is the observation's scene, if it is another one."""
 
     def __init__(self, text: str, scene: Scene | None = None) -> None:
         super().__init__(text)
@@ -34,7 +34,7 @@ class Disagreement(AssertionError):
 @dataclass(frozen=True)
 class Case:
     """The phases under test, a scene, the reference's outcomes, the limit of contacts of a run, and the
-    ``number`` of the scene, by which an observation has turns; None: all that it does is done."""
+    ``number`` of the scene, which selects one of an observation's stages; None: all stages are run."""
 
     subject: Subject
     scene: Scene
@@ -50,15 +50,15 @@ class Case:
 
 @dataclass(frozen=True)
 class Observation:
-    """A column of the table: what is looked at.
+    """A column of the table: a property to observe.
 
     Attributes:
-        sentence: what must hold, without a full stop.
+        sentence: the property that must hold, without a full stop.
         look: called with a case; raises ``Disagreement``.
         feature: it applies only to phases that declare this feature; None: to all.
-        compares: whether a failure is compared with kinetile's other phases; some concern this phase alone.
-        judges: the part that it judges alone, "broad" where none is named, else one that is; None: all.
-        replayed_by: the check that replays a scene on which this one has failed; "": this one itself.
+        compares: True if a failure is compared with kinetile's other phases; some concern this phase alone.
+        judges: the only part that it judges: "broad" without a named part, else a named one; None: all.
+        replayed_by: the check that replays a scene after a failure of this one; "": this one itself.
     """
 
     name: str
@@ -82,9 +82,9 @@ def observation(**how: Any) -> Callable[[Callable[[Case], None]], Observation]:
 
 @dataclass(frozen=True)
 class Check:
-    """A cell of the table: one observation on the scenes of one strategy, None where it has scenes of its
-    own. ``share`` is their number for each of ``--examples``, at least one. The check of an observation
-    ``at_home`` has its name; any other has that of its strategy as well."""
+    """A cell of the table: one observation on the scenes of one strategy, None if it has its own scenes.
+    ``share`` is their number for each of ``--examples``, at least one. A check ``at_home`` has the name of
+    the observation; any other has the suffix of its strategy as well."""
 
     observation: Observation
     strategy: Strategy | None = None
@@ -98,18 +98,18 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """What must hold, and on what scenes."""
+        """The property that must hold, and the kind of scenes."""
         where = f", {self.strategy.where}" if self.strategy and not self.at_home else ""
         return f"{self.observation.sentence}{where}."
 
     @property
     def judges(self) -> str | None:
-        """What it judges; where only a broad phase can choose the scenes, the broad phase alone."""
+        """The judged part; "broad" if the scenes are for broad phases only."""
         return self.observation.judges or ("broad" if self.strategy and self.strategy.broad else None)
 
     @property
     def replay(self) -> str:
-        """The name of the check that replays a scene on which this one has failed; "" where none does."""
+        """The name of the check that replays a scene after a failure of this one; "" without one."""
         return self.observation.replayed_by or (self.name if self.strategy else "")
 
     def count(self, examples: int) -> int:
@@ -119,7 +119,7 @@ class Check:
         return self.strategy.fixed or max(1, round(self.share * examples))
 
     def run(self, subject: Subject, scene: Scene, reference: Reference, number: int | None = None) -> None:
-        """Looks at a scene; raises Disagreement where it does not hold."""
+        """Observes a scene; raises Disagreement for a fault."""
         contacts = self.strategy.contacts if self.strategy else CONTACTS
         turn = None if self.strategy and self.strategy.fixed else number
         self.observation.look(Case(subject, scene, reference, contacts, turn))
@@ -134,7 +134,7 @@ def compare(case: Case, found: RunOutcome, how: str = "") -> None:
 
 
 def _who_is_right(case: Case, found: RunOutcome, expected: RunOutcome) -> str:
-    """Returns a line that names the contacts that are right by the specification, where they differ."""
+    """Returns a line that names the right contacts by the specification at the first difference."""
     at = first_difference(found.contacts, expected.contacts)
     if at is None or len(case.scene) > JUDGED:
         return ""

@@ -1,6 +1,6 @@
-"""Observations of claims: what a phase declares of itself, and what it must not depend on: what runs before
-or beside it, its process or its thread, what else a scene says, and the view of a scene: one that is
-enlarged, moved, slowed, or begun later, by powers of two and dyadic shifts, so that nothing is rounded."""
+"""Observations of claims: the declarations of a phase, and its independence of other runs before or beside
+it, of its process or thread, of unrelated fields of a scene, and of the view of a scene: enlarged, moved,
+slowed, or begun later, by powers of two and dyadic shifts, so that nothing is rounded."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -29,7 +29,7 @@ FINEST = 45
 """Halvings of a scene within its arena; then its bodies are no larger than the rounding of their places."""
 
 THICK = 2.0**-44
-"""The size of a cluster at which the skin is some six times the radius of a body."""
+"""The size of a cluster whose skin is some six times the radius of a body."""
 
 EDGES = 6
 """Scenes at the limit of the skin."""
@@ -94,7 +94,7 @@ VALUES: dict[Any, tuple[Any, ...]] = {bool: (False, True), int: (2, 5), float: (
 
 def _options(subject: Subject) -> Iterator[tuple[str, Any]]:
     """Yields each option of a broad phase with up to two values other than that under test."""
-    with suppress(NameError, ValueError, TypeError):  # annotations that say nothing here
+    with suppress(NameError, ValueError, TypeError):  # annotations without meaning here
         phase = registry().target("broad phase", subject.name)
         for name, each in signature(phase, eval_str=True).parameters.items():
             kinds = get_args(each.annotation) or (each.annotation,)
@@ -125,7 +125,7 @@ def _with_other_options(subject: Subject, scenes: Sequence[Scene]) -> str | None
 
 
 TURNS = 10
-"""How often each of two simulations takes its turn."""
+"""The number of alternate runs of each of two simulations."""
 
 
 @observation()
@@ -133,7 +133,7 @@ def state_is_not_kept(case: Case) -> None:
     """It repeats itself after other simulations, one of bodies half as large among them, and beside one: it
     gives the same contacts"""
     subject, scene = case.subject, case.scene
-    # Of a size at which nothing has run: what is kept of the first scene of a size is that of half radii.
+    # No scene of this size has run before, so data cached for the first scene of a size has half radii.
     large = viewed(scene, larger=8.0)
     for each in (large.replace(radius=0.5 * large.radius), large):
         compare(replace(case, scene=each), outcome(subject, each, case.contacts), "after half radii, ")
@@ -168,7 +168,7 @@ def same_contacts_after_a_change_of_view(case: Case) -> None:
 def _views(scene: Scene) -> Iterator[tuple[str, Scene]]:
     yield "32 times as large", viewed(scene, larger=32.0)
     yield "2^40 times as small", viewed(scene, larger=2.0**-40)
-    yield "256 times as slow", viewed(scene, slower=256.0)  # so long that the clock's base moves on
+    yield "256 times as slow", viewed(scene, slower=256.0)  # so long that the base of the clock moves
     yield "started at 2^40", viewed(scene, later=2.0**40)
     if scene.arena is None and len(scene):
         yield "moved", scene.replace(position=scene.position + np.array([2.0**12, -(2.0**9)]))
@@ -177,7 +177,7 @@ def _views(scene: Scene) -> Iterator[tuple[str, Scene]]:
 
 
 OTHER_HASHES = {"PYTHONHASHSEED": "4711"}
-"""The environment of the other process: the order of a set is another one there."""
+"""The environment of the other process: the order of a set differs there."""
 
 
 def _scenes() -> list[Scene]:
@@ -189,7 +189,7 @@ def _scenes() -> list[Scene]:
 def _summaries(
     subject: Subject, started: Sequence[Scene | Path], ends: Iterable[float]
 ) -> list[tuple[str, str]]:
-    """Runs scenes, and resumes saved simulations; returns how each ended, and its fingerprint."""
+    """Runs scenes, and resumes saved simulations; returns the end of each, and its fingerprint."""
     return [_summary(subject, each, end) for each, end in zip(started, ends, strict=True)]
 
 
@@ -199,7 +199,7 @@ def _summary(subject: Subject, started: Scene | Path, end: float) -> tuple[str, 
     try:
         sim = kt.resume(started)
         sim.run(until=end, max_contacts=CONTACTS - len(sim.contacts))
-    except Exception as error:  # a foreign phase may raise anything; the verdict says what
+    except Exception as error:  # a foreign phase may raise any error; the verdict names it
         return f"{type(error).__name__}: {error}", ""
     return "ran", sim.fingerprint
 
@@ -224,7 +224,7 @@ def does_not_see_who_asks(case: Case) -> None:
     )
     with TemporaryDirectory() as folder, ThreadPoolExecutor(1, thread_name_prefix="worker-7") as thread:
         saved = [_saved(subject, each, Path(folder) / f"saved-{at}") for at, each in enumerate(scenes)]
-        try:  # what was saved first, while nothing else has run there
+        try:  # the first saved one, before any other run there
             there = in_a_child(
                 _summaries, subject, [*saved, *scenes], [*ends, *ends], environment=OTHER_HASHES
             )

@@ -1,9 +1,9 @@
-"""Observations of narrow phases and responses: what their hooks answer for the meetings of a moment.
+"""Observations of narrow phases and responses: the answers of their hooks for the meetings of a moment.
 
 All broad phases run a wrong narrow phase or response alike, so no comparison of contacts shows it. A hook is
-called again on copies of the kernel's tables that differ in what it may not depend on, and its answers are
-compared with those of another one, or with what it may answer. At each moment bodies have other velocities as
-well, drawn: those of the scenes are dyadic, and their grazes of a few depths.
+called again on copies of the kernel's tables that differ in irrelevant values. Its answers are compared with
+the answers of another hook, or with the allowed answers. At each moment bodies also get drawn velocities: the
+velocities of the scenes are dyadic, and their grazes have few depths.
 """
 
 import math
@@ -47,7 +47,7 @@ ALONE = 4
 """Meetings of a moment that are tried without any other body."""
 
 LATER = 2**44 + 977
-"""Ticks, some 1/256 of a time unit, and odd: what is computed from there is rounded otherwise."""
+"""Ticks, some 1/256 of a time unit, and odd: computations from this tick are rounded differently."""
 
 NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
@@ -57,12 +57,12 @@ CLOCK = (
     *("now", "tick", "per_time", "epoch", "kinds"),
     *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
 )
-"""Tables of a scene, those with a row for each body, and the clock's fields of a scene."""
+"""Tables of a scene, tables with a row for each body, and the clock's fields of a scene."""
 
 
 class Met(NamedTuple):
-    """Meetings, and what is answered for them; None is not compared: ``who`` meet, (m, 2), a wall below 0,
-    the ``normal`` to the second, (m, 2), when in ``ticks``, (m,), and velocities ``after``, (m, 4)."""
+    """Meetings, and the answers for them; None is not compared. ``who`` has the two bodies, (m, 2), a wall
+    below 0; ``normal`` leads to the second, (m, 2); ``ticks``, (m,); ``after`` has the velocities, (m, 4)."""
 
     who: Integers
     normal: Floats | None = None
@@ -78,7 +78,7 @@ class Met(NamedTuple):
         return f"{text} {' and '.join(each for each in (when, then) if each)}"
 
     def check(self, at: "PairMoment", found: "Met", how: str) -> None:
-        """Raises for the first meeting that is found to be another one; ``how``: by what, or where."""
+        """Raises for the first meeting with another answer; ``how`` says by which hook, or where."""
         differs = np.zeros(len(self.who), np.bool_)
         for one, other in zip(self, found, strict=True):
             if one is not None and other is not None:
@@ -94,16 +94,16 @@ class Met(NamedTuple):
         return Met(np.where(two, self.who[:, ::-1], self.who), normal, self.ticks, after)
 
     def turned(self, bodies: int) -> "Met":
-        """Returns the meetings of bodies that are numbered the other way round; the lower number is first."""
+        """Returns the meetings with the bodies' numbers reversed; the lower number is first."""
         return self._replace(who=np.where(self.who < 0, self.who, bodies - 1 - self.who)).exchanged()
 
 
 Answer = Callable[[Kernel, Met], Met]
-"""Returns meetings with what a hook answers, on tables that it leaves as they were."""
+"""Returns meetings with the answers of a hook, which leaves the tables unchanged."""
 
 
 class PairMoment(NamedTuple):
-    """A moment of a run, in words, and tables for it, in which bodies may have other velocities."""
+    """A moment of a run, in words, and its tables, perhaps with other velocities of bodies."""
 
     sim: Simulation
     when: str
@@ -111,17 +111,17 @@ class PairMoment(NamedTuple):
 
 
 SLOWER = (4, 8)
-"""Powers of 1/2 by which velocities are scaled: bodies then meet late, up to 1,024 units from now."""
+"""Powers of 1/2 that scale velocities: bodies then meet late, up to 1,024 units from now."""
 
 DRAWN = 4
-"""How often other velocities are drawn for a moment."""
+"""Draws of other velocities for a moment."""
 
 GRAZES = 40
 """The most halvings of the depth of a graze."""
 
 
 def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[PairMoment]:
-    """Yields a moment as it is; with all slower; and, where paths are straight, with drawn velocities."""
+    """Yields a moment unchanged; with slower bodies; and, if paths are straight, with drawn velocities."""
     yield PairMoment(sim, f"at time {sim.time!r}", sim.tables)
     for power in SLOWER:
         k = copied(sim.tables)
@@ -133,7 +133,7 @@ def _moments(sim: Simulation, random: np.random.Generator) -> Iterator[PairMomen
     for _ in range(0 if sim.scene.accelerated or sim.scene.periodic or fast == 0.0 else DRAWN):
         k = copied(sim.tables)
         place, velocity = toolbox.positions_now(k), fast * random.uniform(-0.5, 0.5, (len(k.bodies), 2))
-        # The first half of these just touch, or hardly overlap, one of the others as they pass.
+        # The first half of these bodies just touch, or hardly overlap, one of the others as they pass.
         one, two = random.permutation(len(place) // 2 * 2).reshape(2, -1)
         apart, reach = place[two] - place[one], k.bodies.radius[one] + k.bodies.radius[two]
         aside = reach * (1.0 - 0.5 ** random.uniform(0.0, GRAZES, len(one))) / np.hypot(*apart.T)
@@ -153,7 +153,7 @@ def _at_some_moments(
     meetings: Callable[[PairMoment], tuple[Answer, Met] | None],
     look: Callable[[PairMoment, Answer, Met], object],
 ) -> None:
-    """Calls a function with some moments of a run, and with what answers meetings there."""
+    """Calls a function with some moments of a run, and with a function that answers meetings there."""
     random = np.random.default_rng(len(case.scene))
 
     def see(sim: Simulation) -> None:
@@ -267,7 +267,7 @@ def same_contacts_as_convex(case: Case) -> None:
     subject = case.subject
     compare(case, outcome(subject, case.scene, case.contacts))
     convex = replace(subject, narrow=subject.of_role("wall") | {"convex": {}}).reference
-    found, expected = (  # not how deep bodies overlap, nor the sign of a zero
+    found, expected = (  # not the depths of overlaps, nor the sign of a zero
         replace(run, tables={}, positions=run.positions + 0.0, velocities=run.velocities + 0.0)
         for run in (case.expected, outcome(convex, case.scene))
     )
@@ -277,7 +277,7 @@ def same_contacts_as_convex(case: Case) -> None:
 
 
 def _meetings(name: str, at: PairMoment) -> tuple[Answer, Met] | None:
-    """Returns the response of a name, and the meetings of bodies that approach to which it is the answer."""
+    """Returns the response of a name, and the meetings of approaching bodies that it answers."""
     rules, k = composition_of(at.sim).rules, at.tables
     rows = [response.name == name for row in at.sim.scene.meets for response in row]
     if rules is None or not any(rows):
@@ -304,7 +304,7 @@ def _normal(k: Kernel, a: int, b: int) -> tuple[float, float]:
 
 
 def _answered(hook: Any, k: Kernel, met: Met) -> Met:
-    """Returns the velocities after the meetings; with a wall, twice the first's."""
+    """Returns the velocities after the meetings; with a wall, the first body's velocity twice."""
     after = np.zeros((len(met.who), 4))
     _call(answer_all, k, np.ascontiguousarray(met.who), np.ascontiguousarray(met.normal), after, respond=hook)
     return met._replace(after=after)
@@ -364,7 +364,7 @@ def nobody_is_faster_after_a_contact(case: Case) -> None:
 
 
 def _check_hop(at: PairMoment, after: Kernel, who: Integers, lasting: float) -> None:
-    """Raises where those that have met gain more than a least hop; their plans until then are anchored."""
+    """Raises if bodies that have met gain more than a least hop; anchors their plans before that."""
     k, now = at.tables, after.clock[0]
     since = (now.now - k.bodies.anchor + (now.epoch - k.clock[0].epoch) * TICKS) * now.tick
     k.bodies.vx += k.bodies.ax * since
@@ -386,8 +386,8 @@ def _response(case: Case, feature: str = "") -> tuple[str, toolbox.ResponseParts
 
 
 def _check_surroundings(hook: str, moved: tuple[str, ...], at: PairMoment, answer: Answer, met: Met) -> Met:
-    """Returns what a hook answers; raises where it writes to a table, but for a fault, which it may report,
-    or answers otherwise in other surroundings. ``moved`` are the ticks that are later together."""
+    """Returns the answers of a hook; raises if it writes to a table, except to report a fault, or if its
+    answers differ in other surroundings. ``moved`` names the ticks that are moved together."""
     k = copied(at.tables)
     right = answer(k, met)
     for name, was, table in zip(k._fields, at.tables, k, strict=True):
@@ -421,7 +421,7 @@ def _surroundings(k: Kernel, met: Met, moved: tuple[str, ...]) -> Iterator[tuple
         alone, others = copied(k), np.setdiff1d(np.arange(len(k.bodies)), met.who[at])
         for name in ("bodies", "mass", "radii", "traits"):
             rows = getattr(alone, name)
-            rows[others[: len(rows)]] = np.zeros(1, rows.dtype)[0]  # some tables have none
+            rows[others[: len(rows)]] = np.zeros(1, rows.dtype)[0]  # some tables have no fields
         one = Met(*(cast(Any, each if each is None else each[[at]]) for each in met))
         yield "with nobody else there", alone, one
 
@@ -432,7 +432,7 @@ def copied(k: Kernel) -> Kernel:
 
 
 def _before(k: Kernel, who: Integers) -> tuple[Floats, Flags, Floats]:
-    """Returns the masses of those that meet, which of them the other cannot move, and their velocities, (m,
+    """Returns the masses of two that meet, True for one that the other cannot move, and their velocities, (m,
     4) each. A wall is an immovable body at rest, also for another; two immovable bodies have equal masses."""
     body, wall = np.maximum(who, 0), who < 0
     mass = np.where(wall, math.inf, k.mass[body]).repeat(2, axis=1)
@@ -443,8 +443,8 @@ def _before(k: Kernel, who: Integers) -> tuple[Floats, Flags, Floats]:
 
 
 def _check_energy(at: PairMoment, answer: Answer, met: Met, hop: float = 0.0) -> None:
-    """Raises where two that meet gain more energy than rounding adds, as an immovable one sees it, and than
-    they have who part with the speed ``hop``."""
+    """Raises if two that meet gain more energy than rounding adds, relative to an immovable one of them, and
+    more than the energy of parting at the speed ``hop``."""
     mass, heavy, old = _before(at.tables, met.who)
     shared = np.where(heavy, old, 0.0)
     frame = np.tile(shared[:, :2] + shared[:, 2:], 2)
@@ -467,7 +467,7 @@ def _call(template: Any, k: Kernel, *arrays: Array, **hooks: Any) -> None:
 
 
 def meet_all(k: Kernel, pairs: Integers, ticks: Ticks, after: Floats) -> None:
-    """Writes down when the bodies of each pair meet, and their velocities after that contact."""
+    """Writes the ticks at which the bodies of each pair meet, and their velocities after that contact."""
     k = disowned(k)
     for i in range(len(pairs)):
         a, b = pairs[i, 0], pairs[i, 1]
@@ -486,7 +486,7 @@ def meet_all(k: Kernel, pairs: Integers, ticks: Ticks, after: Floats) -> None:
 
 
 def bound_all(k: Kernel, pairs: Integers, bounds: Floats) -> None:
-    """Writes down the latest bound of each pair, from either body, alone and beside the body itself."""
+    """Writes the latest bound of each pair, from either body, alone and beside the body itself."""
     k = disowned(k)
     for i in range(len(pairs)):
         bounds[i] = 0.0
@@ -499,14 +499,14 @@ def bound_all(k: Kernel, pairs: Integers, bounds: Floats) -> None:
 
 
 def reach_all_walls(k: Kernel, found: Ticks) -> None:
-    """Writes down when each body meets a wall, and which."""
+    """Writes the tick at which each body meets a wall, and the wall."""
     k = disowned(k)
     for body in range(len(found)):
         found[body, 0], found[body, 1] = reach_wall(k, k.bodies[body])
 
 
 def answer_all(k: Kernel, who: Integers, normal: Floats, after: Floats) -> None:
-    """Writes down the velocities after each meeting."""
+    """Writes the velocities after each meeting."""
     k = disowned(k)
     for i in range(len(who)):
         a, b = who[i, 0], who[i, 1]

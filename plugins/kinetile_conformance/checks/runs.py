@@ -1,5 +1,5 @@
-"""Observations of a run: its contacts and its end, compared with the reference's whatever was done at its
-stops, and what holds at these: that is often broken long before a contact is missed, and names the fault."""
+"""Observations of a run: its contacts and its end, compared with the reference's after any actions at its
+stops; and invariants at the stops, which often break long before a contact is missed, and name the fault."""
 
 import tempfile
 from collections.abc import Callable
@@ -24,29 +24,29 @@ from kinetile_conformance.strategies.bulk import of_few
 from kinetile_conformance.strategies.changes import only_bodies
 
 Look = Callable[[Simulation], Simulation | None]
-"""Called at a stop; returns the simulation that goes on, None where that is the same one."""
+"""Called at a stop; returns the simulation that continues, None for the same one."""
 
 STOPS = 16
-"""Stops of a run of few bodies. What takes O(n^2) at each is done less often with many (``stops_for``)."""
+"""Stops of a run of few bodies. Work of O(n^2) at each is done less often with many (``stops_for``)."""
 
 EVERY = 4
-"""Moments from one to the next at which what takes long is looked at."""
+"""Expensive checks are made at every moment of this number."""
 
 STEPS = 30
-"""Events of few bodies after each of which a run stops: with twice as many no planted fault is found more."""
+"""Events of few bodies with a stop after each: twice as many find no more planted faults."""
 
 FEW = 8
 BY_HAND = 21
-"""Commands after which something is done, of those that are given by hand."""
+"""The most commands by hand that are followed by an action."""
 
 
 def stops_for(case: Case, most: int) -> int:
-    """Returns how often a run is stopped: the less often, the more bodies there are."""
+    """Returns the number of stops of a run, which decreases with the number of bodies."""
     return int(np.clip(most * 8192 // max(len(case.scene), 1) ** 2, 2, most))
 
 
 def moments(case: Case, most: int) -> list[float]:
-    """Returns when a run is stopped: between contacts, at contacts and at commands of the reference's run."""
+    """Returns the times of a run's stops: between contacts, at contacts and at commands of the reference."""
     scene, expected = case.scene, case.expected
     parts = np.arange(1, most + 1) / (most + 1)
     met, between = expected.contacts["time"], scene.start + parts * (expected.time - scene.start)
@@ -59,8 +59,8 @@ def moments(case: Case, most: int) -> list[float]:
 
 
 def watch(case: Case, look: Look, most: int = STOPS, steps: int = STEPS, every: int = 1) -> None:
-    """Runs a case, and looks at it when it is built, after each of its first events, and at moments of its
-    run, or at every ``every``-th of these; raises Disagreement unless its outcome is the reference's."""
+    """Runs a case; calls ``look`` after the build, after each of its first events, and at moments of its run,
+    or at every ``every``-th of these; raises Disagreement unless its outcome is the reference's."""
     sim, number = case.subject.simulation(case.scene), count()
 
     def see() -> Simulation:
@@ -91,7 +91,7 @@ def _left(sim: Simulation, ended: str) -> RunOutcome:
 
 
 def _run(case: Case, sim: Simulation, until: float) -> bool:
-    """Runs until a time, unless a case has had its contacts; returns whether it has not."""
+    """Runs until a time, unless a case has all its contacts; returns True if it did not have them."""
     left = case.contacts - len(sim.contacts)
     if left > 0:
         sim.run(until=max(until, sim.time), max_contacts=left)
@@ -115,7 +115,7 @@ def its_structure_is_true(case: Case) -> None:
 
 
 def _is_true(case: Case) -> None:
-    """Audits a run and draws it, which changes nothing and is the same when it is done again."""
+    """Audits a run and draws it; both must change nothing, and repeat with the same result."""
     number = count()
 
     def look(sim: Simulation) -> None:
@@ -144,7 +144,7 @@ def _check_drawing(sim: Simulation) -> None:
     if items != sim.drawing():
         raise Disagreement(f"at time {sim.time!r} it is drawn otherwise when it is drawn once more")
     links = {(min(i.a, i.b), max(i.a, i.b)) for i in items if isinstance(i, Link) and i.role == "pair"}
-    fixed = {*sim.bodies[np.isinf(sim.masses())].tolist()}  # between two of these there is never a line
+    fixed = {*sim.bodies[np.isinf(sim.masses())].tolist()}  # no two of these have a line between them
     held = {pair for pair in map(tuple, sim.candidate_pairs().tolist()) if not fixed.issuperset(pair)}
     for a, b in sorted(links ^ held)[: len(links)][:1]:
         drawn = "is a link, and they are no" if (a, b) in links else "is no link, and they are a"
@@ -160,14 +160,14 @@ def _check_drawing(sim: Simulation) -> None:
 
 
 def look_at(sim: Simulation) -> None:
-    """Reads what a user reads between two runs."""
+    """Reads all public values between two runs."""
     _ = sim.next_event, sim.readings
     if len(sim.bodies) <= MOST_DRAWN:
         sim.candidate_pairs(), sim.near(), sim.drawing()
 
 
 def put_back(sim: Simulation) -> None:
-    """Puts a simulation back to where it is, with its structure built again."""
+    """Restores a simulation to its present state, with its structure built again."""
     there = sim.snapshot()
     sim.restore(replace(there, whole=there.state))
     _audit(sim)
@@ -180,7 +180,7 @@ def rebuild(sim: Simulation) -> None:
 
 
 def resume(sim: Simulation) -> Simulation:
-    """Saves a simulation; returns the one that goes on from the file, after it was audited and drawn."""
+    """Saves a simulation; returns the one that continues from the file, audited and drawn."""
     with tempfile.TemporaryDirectory() as folder:
         sim.save(Path(folder) / "saved")
         sim = kt.resume(Path(folder) / "saved")
@@ -195,11 +195,11 @@ WAYS: dict[str, Look] = {
     "built anew": rebuild,
     "put back": put_back,
 }
-"""What is done at the stops of a run, in turn; so what was resumed is also built again."""
+"""Actions at the stops of a run, in turn; so a resumed simulation is also built again."""
 
 
 def _goes_on(case: Case) -> None:
-    """Does something at each stop of a run, in turn."""
+    """Takes one of these actions at each stop of a run, in turn."""
     way, ways = "", list(WAYS.items()) * 2
     stops = count()
 
@@ -220,8 +220,8 @@ def _goes_on(case: Case) -> None:
 
 
 def _is_commanded(case: Case) -> None:
-    """Gives commands between two runs, those who come together by one call, and does something after some.
-    Where none comes or goes, it audits: of turns alone, the skin would differ, which knows those to come."""
+    """Gives commands between two runs, simultaneous insertions by one call, and takes an action after some.
+    Without insertions or removals it audits: the skin includes scheduled turns, so it would differ."""
     if not is_living(case.scene):
         return _is_true(case)
     scene, looks = case.scene, (*WAYS.values(), _audit)
@@ -237,7 +237,7 @@ def _is_commanded(case: Case) -> None:
             if batch[0].time > sim.time:
                 _run(case, sim, batch[0].time)
                 if len(sim.contacts) < case.contacts:
-                    next(sim.steps(), None)  # it may be one of the phase's structure
+                    next(sim.steps(), None)  # it may be an error of the phase's structure
             if len(sim.contacts) >= case.contacts:
                 break
             _give(sim, batch, numbers)
@@ -290,11 +290,11 @@ def _give(sim: Simulation, batch: list[Command], numbers: dict[int, int]) -> Non
 
 
 STAGES = _is_commanded, _is_true, _goes_on, _is_true
-"""What is done with the scenes of a check, in turn."""
+"""Stages for the scenes of a check, in turn."""
 
 
 TRIES = 5
-"""How often velocities are changed by a rounding until a tie is exact."""
+"""The most changes of velocities by a rounding until a tie is exact."""
 
 
 @observation()
@@ -306,10 +306,10 @@ def same_contacts_at_ties_of_its_own(case: Case) -> None:
 
 
 def _tied(subject: Subject, scene: Scene) -> Scene:
-    """Returns a scene with velocities such that many bodies have such ties: by trial, bodies fly along one
-    axis alone, then along the other, and what fails first is made slower."""
+    """Returns a scene with velocities so that many bodies have such ties: by trial, bodies fly along one axis
+    alone, then along the other, and the motion that fails first is slowed."""
     velocity = np.where(scene.velocity == 0.0, 0.5 * np.abs(scene.velocity).max(initial=0.0), scene.velocity)
-    moved = np.arange(len(scene)) != np.argmax(np.hypot(*velocity.T))  # by the fastest the clock goes
+    moved = np.arange(len(scene)) != np.argmax(np.hypot(*velocity.T))  # the clock depends on the fastest
 
     def due(axis: int) -> Integers:
         alone = np.where((np.arange(2) == axis) | ~moved[:, None], velocity, 0.0)
@@ -334,7 +334,7 @@ MANY = (2_000, 8_000, 33_000)
 """Bodies: few, so that code is loaded; some, which are timed; and more than numbers of 16 bits count."""
 
 PATIENCE = 15.0
-"""CPU seconds that the last may take, as the time of those before says, if it grows with their square."""
+"""CPU seconds allowed for the last, if the time grows from the others with the square of the number."""
 
 
 @observation(judges="broad")
@@ -347,7 +347,7 @@ def same_contacts_among_tens_of_thousands(case: Case) -> None:
         few = outcome(case.subject.reference, only_bodies(scene, chosen), MANY[-1])
         began, expected = spent(), few.contacts.copy()
         found = outcome(case.subject, scene, MANY[-1])
-        for name in ("a", "b"):  # of few, they have the first numbers; walls stay
+        for name in ("a", "b"):  # few bodies have the first numbers; walls stay
             expected[name] = np.where(expected[name] < 0, expected[name], chosen[expected[name]])
         whole = replace(few, contacts=expected, tables={}, positions=found.positions)
         text = difference(replace(found, tables={}), replace(whole, velocities=found.velocities), "it")
@@ -364,7 +364,7 @@ def pairs_are_overlapping_boxes(case: Case) -> None:
     def look(sim: Simulation) -> None:
         k = sim.tables
         if (k.queue.certificate <= k.clock[0].now).any():
-            return  # a certificate fails at this moment: what holds between events holds after its repair
+            return  # a certificate fails at this moment: invariants hold again after its repair
         place, sides = sim.positions(), reaches_of(k)[k.slots[sim.bodies]]
         between = (place[:, None] - place[None]).transpose(2, 0, 1)
         gap, skin = box_gaps(between, sides, sides), 2.0 * float(k.clock[0].limits.skin)

@@ -1,6 +1,6 @@
-"""Observations of what a phase changes that is not its own: in its process, and in the kernel's tables. What
-hooks write, and where they read, is watched on fixed scenes, interpreted (``watched_hooks``): a breach, named
-with hook, field and line, often has no effect on any contact there."""
+"""Observations of side effects of a phase: in its process, and in the kernel's tables. Reads and writes of
+hooks are watched on fixed scenes, interpreted (``watched_hooks``): a breach, named with hook, field and line,
+often has no effect on any contact there."""
 
 import asyncio
 import gc
@@ -36,22 +36,22 @@ except ImportError:  # Windows has none
     resource = None  # type: ignore[assignment]
 
 SIMULATIONS = 30
-"""Simulations between two looks at the memory that is taken."""
+"""Simulations between two measurements of the used memory."""
 
 LOOKS = 40
-"""Looks within which memory must have ceased to grow: a cache may be full by then."""
+"""The most measurements until memory must stop growing: a cache may be full by then."""
 
 GROWTH = 16 * 1024
-"""Bytes a simulation by which memory may grow."""
+"""The allowed growth of memory, in bytes a simulation."""
 
 MOST = 64 * 2**20
-"""Bytes by which it may grow in all."""
+"""The allowed growth in all, in bytes."""
 
 FILES = 1_100
 """Files that the process has open while a phase runs: ``select`` takes no number above 1,023."""
 
 ROOM = 64
-"""Files that it may open beside them, where the system sets a limit."""
+"""Files that it may open beside them, if the system sets a limit."""
 
 AT_FIRST = dict(os.environ)
 """The environment before a phase is loaded."""
@@ -66,7 +66,7 @@ def _open_files() -> list[str]:
 
 
 def _mapped_files() -> list[str]:
-    """Returns the files that are mapped into memory, but for libraries, where the system can tell."""
+    """Returns the files mapped into memory, except libraries; none if the system does not list them."""
     maps = Path("/proc/self/maps")
     lines = maps.read_text(encoding="utf-8", errors="replace").splitlines() if maps.exists() else []
     return sorted(each.partition("/")[2] for each in lines if "/" in each and ".so" not in each)
@@ -90,12 +90,12 @@ PARTS: dict[str, Callable[[], Any]] = {
     "the open files": _open_files,
     "the files that are mapped into memory": _mapped_files,
 }
-"""What belongs to the process, and how it is read."""
+"""Properties of the process, and the functions that read them."""
 
 
 @contextmanager
 def _as_at_first() -> Iterator[None]:
-    """Sets what a phase may have set already, so that it would show if it sets it again; opens many files."""
+    """Changes settings that a phase may have set already, to see them set again; opens many files."""
     with ExitStack() as after, patch.dict(os.environ, AT_FIRST, clear=True):
         after.callback(gc.enable if gc.isenabled() else gc.disable)
         gc.enable()
@@ -114,7 +114,7 @@ def _as_at_first() -> Iterator[None]:
 
 @contextmanager
 def _written() -> Iterator[Callable[[], str]]:
-    """Keeps what is written to the standard output and error; yields a function that returns it."""
+    """Keeps the standard output and error; yields a function that returns the text."""
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file, ExitStack() as after:
 
         def text() -> str:
@@ -147,7 +147,7 @@ def leaves_the_process_alone(case: Case) -> None:
         with _written() as written:
             for shown in scenes:
                 sim = case.subject.simulation(shown)
-                with suppress(KinetileError):  # whether a run may end so, other checks compare
+                with suppress(KinetileError):  # other checks judge the end of a run
                     sim.run(until=horizon(shown), max_contacts=CONTACTS)
                     sim.audit()
                     sim.drawing()
@@ -190,7 +190,7 @@ def memory_does_not_grow(case: Case) -> None:
 
 
 def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Sequence[Any]) -> None:
-    """Raises Disagreement for what is seen of a phase whose hooks run as Python, on some scenes."""
+    """Raises Disagreement for the breaches of a phase whose hooks run as Python, on some scenes."""
     with compiled_by_default(False):
         text = look(subject, scenes)
     if text is not None:
@@ -199,7 +199,7 @@ def interpreted(look: Callable[..., str | None], subject: Subject, scenes: Seque
 
 def first_breach(subject: Subject, scenes: Sequence[tuple[str, Scene]]) -> str | None:
     """Returns the first breach of a phase, interpreted with all hooks watched, and the title of its scene, or
-    None. Scenes that the phase refuses are left out; raises Refused where it refuses all."""
+    None. Skips scenes that the phase refuses; raises Refused if it refuses all."""
     refused = []
     for title, scene in scenes:
         try:

@@ -1,9 +1,9 @@
 """Many exact ties in one scene, many contacts in one run, many bodies in one box.
 
-A simulation costs a few milliseconds before anything has happened, so a hundred lattices of two to nine
-bodies are in one scene, too far apart to meet, and all numbers are small and dyadic. A marathon has few
-bodies and a hundred thousand contacts, so slow that the base of the clock moves often: a counter of 16 bits
-overflows, a tick that is not named in ``ticks`` is out of date, and small errors add up.
+A simulation costs a few milliseconds before its first event, so a hundred lattices of two to nine bodies are
+in one scene, too distant to meet, and all numbers are small and dyadic. A marathon has few bodies and a
+hundred thousand contacts, so slow that the base of the clock moves often: a counter of 16 bits overflows, a
+tick that is not named in ``ticks`` is out of date, and small errors add up.
 """
 
 import math
@@ -23,7 +23,7 @@ from kinetile_conformance.strategies.torus import torus
 
 LATTICES = 100
 APART = (16, 10)
-"""From lattice to lattice: farther than most fly, or so near that at last they meet."""
+"""Distances of lattices: farther than most bodies fly, or so near that their bodies meet at last."""
 
 FEWEST, MOST = 2, 9
 """Bodies of a lattice, and of a marathon."""
@@ -35,7 +35,7 @@ SHAPES = np.array([(4, 4), (3, 3), (9, 1), (1, 9), (5, 2), (2, 5)])
 
 
 def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene:
-    """Returns lattices in one scene, ``apart`` from each other, with or without an arena around them all."""
+    """Returns lattices in one scene, at a distance ``apart``, with or without an arena around them all."""
     random = np.random.default_rng(seed)
     bodies = random.integers(FEWEST, MOST + 1, count)
     shape = SHAPES[random.integers(0, len(SHAPES), count)]
@@ -68,14 +68,14 @@ def lattices(count: int, seed: int, arena: bool, apart: int = APART[0]) -> Scene
 
 
 def _some(random: np.random.Generator, count: int, share: float) -> Flags:
-    """Returns a random choice of so large a share of the lattices, (count, 1, 1)."""
+    """Returns a random choice of a share of the lattices, (count, 1, 1)."""
     return random.random((count, 1, 1)) < share
 
 
 def falling(number: int) -> Scene:
     """Returns lattices, or bodies of several sizes, that fall along one axis or both, by much or hardly; some
-    have accelerations of their own, and one of six is immovable. None rests on a wall; half of the swarms
-    have none."""
+    have their own accelerations, and one of six is immovable. No body rests on a wall; half of the swarms
+    have no walls."""
     random = np.random.default_rng(number)
     base = lattices(4, number, True, APART[1]) if number & 1 else swarm("gas", 30, number, number % 7)
     bodies = np.arange(len(base))
@@ -96,7 +96,7 @@ def falling(number: int) -> Scene:
 
 
 def falling_round(number: int) -> Scene:
-    """Returns bodies of several kinds, some of which turn, that fall across a periodic axis."""
+    """Returns bodies of several kinds that fall across a periodic axis; some turn."""
     scene = torus(number)
     if scene.periodic == "xy":  # nothing would stop a fall
         return falling_round(number + 1)
@@ -113,7 +113,7 @@ def _falling(count: int, seed: int) -> Iterator[Scene]:
 
 
 BASES, CONTACTS = 40, 100_000
-"""How often the base of the clock moves in a marathon, or more often, and how many contacts it has."""
+"""The least number of moves of the clock's base in a marathon, and its number of contacts."""
 
 
 def marathon(bodies: int, seed: int) -> Scene:
@@ -124,8 +124,8 @@ def marathon(bodies: int, seed: int) -> Scene:
     radius = random.choice([0.25, 0.375, 0.4375], bodies)
     place += (0.5 - radius)[:, None] * random.uniform(-1.0, 1.0, (bodies, 2))
     velocity = random.normal(size=(bodies, 2))
-    # A body meets a wall or another about once in the time in which it flies 1: in all a contact each
-    # 1 / (bodies speed). The speed is such that this number lasts for that many spans of the clock.
+    # A body meets a wall or another about once while it flies a length of 1: in all a contact each
+    # 1 / (bodies speed). With this speed the contacts last for this many spans of the clock.
     speed = CONTACTS / (bodies * BASES * (SPAN // TICKS))
     velocity *= speed / np.sqrt((velocity**2).sum(axis=1).mean())
     until = float(4 * BASES * (SPAN // TICKS))
@@ -137,8 +137,8 @@ FEW = 128
 
 
 def of_few(bodies: int) -> tuple[Scene, npt.NDArray[np.integer]]:
-    """Returns many bodies at rest, of which the first of some pairs flies at the second, and nobody meets
-    another; and the numbers of these."""
+    """Returns many bodies at rest, except the first of each of some pairs, which flies at the second; no
+    other bodies meet. Also returns the numbers of the pairs."""
     random, side = np.random.default_rng(bodies), square(bodies, 1.0)
     place = slots(random, bodies, side, side) + random.uniform(-0.25, 0.25, (bodies, 2))
     last = np.arange(bodies - FEW, bodies)

@@ -1,4 +1,4 @@
-"""Scenes made from scenes: some bodies or commands of one, or all of it as it is seen from elsewhere.
+"""Scenes made from scenes: some bodies or commands of one, or all of it in another view.
 
 All factors are powers of two, so rounding does not make a scene another one.
 """
@@ -26,7 +26,7 @@ def only_bodies(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
 
 
 def only_commands(scene: Scene, kept: npt.NDArray[np.integer]) -> Scene:
-    """Returns a scene with some of its commands, without those for a body that never comes."""
+    """Returns a scene with some of its commands, without commands for a body that is never inserted."""
     commands = [scene.commands[at] for at in np.sort(kept)]
     there = {*range(len(scene)), *(command.body for command in commands if isinstance(command, Insert))}
     return scene.replace(commands=[command for command in commands if command.body in there])
@@ -39,7 +39,7 @@ def ended_at(scene: Scene, until: float) -> Scene:
 
 
 def viewed(scene: Scene, larger: float = 1.0, slower: float = 1.0, later: float = 0.0) -> Scene:
-    """Returns a scene in which all lengths and all durations are multiplied, and which starts later."""
+    """Returns a scene with all lengths and all durations multiplied, and a later start."""
 
     def when(time: float) -> float:
         return scene.start + later + slower * (time - scene.start)

@@ -1,5 +1,5 @@
-"""Fixed scenes: the gallery that every phase is shown, and few bodies of all kinds, for interpreted hooks
-whose memory is watched: crowds and lone bodies, walls and none, turns, sizes, places far from the origin."""
+"""Fixed scenes: the gallery for every phase, and few bodies of all kinds, for interpreted hooks with watched
+memory: crowds and lone bodies, with and without walls, turns, sizes, places far from the origin."""
 
 from collections.abc import Iterator
 
@@ -42,7 +42,7 @@ def _gallery(count: int, seed: int) -> Iterator[Scene]:
 DRAWS = {"the gallery": _gallery}
 
 SHORT = 0.5
-"""How long scenes last on which memory is watched."""
+"""The length of scenes with watched memory."""
 
 _OF_KINDS = (
     *(("gas", 16, 3), ("lattice", 12, 0), ("cloud", 12, 1), ("far", 9, 7)),

@@ -1,6 +1,6 @@
-"""Kinds of bodies, and rules for what happens where two of them meet. Every such scene also names the same
-responses for kinds that no body has, so that one loop serves all of them. A phase that does not accept bodies
-that pass is shown the scenes without that rule (``acceptable``)."""
+"""Kinds of bodies, and rules for the contacts of each two. Every such scene also names the same responses for
+kinds that no body has, so that one loop serves all scenes. A phase that does not accept passing bodies gets
+the scenes without that rule (``acceptable``)."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -25,7 +25,7 @@ SAME_LOOP: Rules = {("nobody", "nobody"): "stop", ("nobody", "no one"): LOSSY}
 """Rules for kinds that no body has: with them, scenes of any rules have one loop."""
 
 NOBODY_PASSES: Rules = {("no one", "no one"): "pass"}
-"""One more, which phases refuse that need solid bodies."""
+"""One more rule, refused by phases that need solid bodies."""
 
 ANSWERS = ("elastic", "stop", LOSSY, Response("restitution", e=0.875, contact_time=2.0**-20))
 
@@ -34,7 +34,7 @@ def of_kinds(
     kinds: Sequence[int], mass: Iterable[float], random: np.random.Generator, passing: bool | None = None
 ) -> dict[str, Any]:
     """Returns the fields of a scene whose bodies have the kinds of these numbers, and masses: wisps pass
-    through all others (None: in half of all scenes), blocks cannot be moved."""
+    through all others (None: in half of all scenes), blocks are immovable."""
     answers = [ANSWERS[int(random.choice([0, 0, 1, 2, 3]))] for _ in range(3)]
     pairs = (("*", "*"), ("*", "wall"), ("ball", "ball"))
     rules: Rules = dict(zip(pairs, answers, strict=True)) | SAME_LOOP | NOBODY_PASSES
@@ -50,18 +50,18 @@ def of_kinds(
 
 
 def with_kinds(scene: Scene) -> Scene:
-    """Returns a scene in which all bodies are balls, and elastic, with the loop of scenes with kinds."""
+    """Returns a scene of elastic balls alone, with the loop of scenes with kinds."""
     rules: Rules = SAME_LOOP | NOBODY_PASSES
     return scene.replace(kinds=(*KINDS, *ABSENT), responses=rules, kind=["ball"] * len(scene))
 
 
 BUILT = 80
-"""Commands after which a living scene ends for a phase that is rebuilt for each, in half a millisecond."""
+"""The most commands of a living scene for a phase that each one rebuilds, in half a millisecond."""
 
 
 def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]] | None = None) -> Scene:
-    """Returns a scene as phases accept it: with the response under test, without what no body does, on
-    periodic axes without responses, only its beginning where commands are dear; ``known`` remembers."""
+    """Returns a scene that phases accept: with the response under test, without unused rules, on periodic
+    axes without responses, only its beginning if commands are expensive; ``known`` keeps the answers."""
     scene, living, known = subject.dressed(scene), is_living(scene), {} if known is None else known
     choices: list[Rules] = [dict(scene.responses)]
     if NOBODY_PASSES.keys() & choices[0].keys():
@@ -71,7 +71,7 @@ def acceptable(subject: Subject, scene: Scene, known: dict[Any, tuple[int, bool]
     like = len(choices), long, scene.periodic, bool(scene.shapes)
     for at, rules in enumerate(choices if like not in known and (long or choices[1:]) else ()):
         begin_scene()
-        with suppress(Exception):  # what a foreign phase raises here, it raises in the check as well
+        with suppress(Exception):  # a foreign phase raises the same error in the check
             composition = subject.composition(scene.replace(responses=rules) if at else scene)
             known[like] = at, composition.living
             break
@@ -84,7 +84,7 @@ MANY = (9, 65, 256)
 
 
 def of_many_kinds(number: int) -> Scene:
-    """Returns bodies in a box, of up to 256 kinds with rules of their own; a quarter cannot be moved."""
+    """Returns bodies in a box, of up to 256 kinds with rules of their own; a quarter are immovable."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, 80))
     kinds = [f"kind {each}" for each in range(MANY[number % len(MANY)])]

@@ -1,10 +1,10 @@
-"""Living scenes: bodies come, go and turn, some pass through others, stop, or lose energy.
+"""Living scenes: bodies are inserted, removed and turned; some pass through others, stop, or lose energy.
 
-Whether there is room for a new body depends on where the others are by then. So each scene is played under
-the reference, and what is refused is left out (``Simulation.recorded``). Rare states of a structure need many
-arrivals: a free list that wraps round, a cell with twenty bodies, a slot that is taken for the fourth time.
-So most rules do several things at once, a quarter of the scenes has four times as many steps, and some rules
-are left out of each, which makes runs of one kind of command.
+The room for a new body depends on the places of the others at that time. So each scene is played under the
+reference, and refused commands are omitted (``Simulation.recorded``). Rare states of a structure need many
+insertions: a free list that wraps, a cell with twenty bodies, a slot that is used for the fourth time. So
+most rules give several commands at once, a quarter of the scenes has four times as many steps, and each scene
+uses a random part of the rules, which makes runs of one kind of command.
 """
 
 import math
@@ -29,29 +29,29 @@ from kinetile_conformance.strategies.swarms import slots, swarm
 from kinetile_conformance.strategies.torus import torus
 
 STEPS, MANY_STEPS = 50, 200
-"""Rules for most scenes, and for every fourth batch."""
+"""The number of steps of most scenes, and of a quarter of the scenes; each step applies one rule."""
 
 BATCH, RARE = 10, 5
-"""Starts of scenes that are drawn in one go; one scene in this number is rare."""
+"""The number of starts that are drawn together; one scene in the second number is rare."""
 
 BURSTS = {True: (8, 12), False: (64, 200)}
-"""Bodies of a burst, as Python and compiled."""
+"""The two numbers of bodies of a burst, if hooks run as Python (True) or are compiled (False)."""
 
 CONTACTS = 40
-"""Contacts in each piece of a run between two commands."""
+"""The most contacts in each piece of a run between two commands."""
 
 FEWEST, MOST = 3, 300
-"""Bodies at the start of a large scene."""
+"""The least and the largest number of bodies at the start of a large scene."""
 
 SIZES = ("crowd", "giants")
-"""Kinds of swarms for which a grid has levels; they are drawn more often."""
+"""Kinds of swarms that make a grid use levels; they are drawn more often."""
 
 LEVELS = {True: 12, False: 48}
-"""From how many bodies on a grid has levels for them, as Python and compiled."""
+"""The least number of bodies of these kinds, as Python (True) and compiled: a grid then has levels."""
 
 
 def _of_kinds(number: int) -> Scene:
-    """Returns up to seven bodies in a box, of three kinds; one that passes may begin within another."""
+    """Returns up to seven bodies in a box, of three kinds; a passing body may begin within another."""
     random, passing = np.random.default_rng(number), bool(number & 1)
     bodies = int(random.integers(2, 8))
     kinds, place = random.integers(0, len(KINDS), bodies), slots(random, bodies, 4, 4)
@@ -101,8 +101,8 @@ def _falling(scene: Scene, number: int) -> Scene:
 
 
 class _Play:
-    """A living scene in the making: what the rules do to a run under the reference. Every fifth is a
-    ``rare`` one, with what would be too much of a change for all."""
+    """A living scene in the making: the rules give commands to a run under the reference. Every fifth scene
+    is ``rare``, with changes that are too large for all scenes."""
 
     def __init__(self, scene: Scene, number: int) -> None:
         self.random = np.random.default_rng(number)
@@ -122,13 +122,13 @@ class _Play:
         self.unit = 2.0 ** np.round(np.log2(max(2.0 * self.widest, self.size.min() / 8.0) / speed))
 
     def run(self, eighths: int) -> None:
-        """Runs for a number of eighths of the time in which the fastest body crosses a cell."""
+        """Runs for a number of eighths of the time that the fastest body needs to cross a cell."""
         if not eighths or self.ended:
             return
         try:
             self.sim.run(until=self.sim.time + self.unit * eighths / 8.0, max_contacts=CONTACTS)
         except KinetileError:
-            self.ended = True  # under every phase: what came before is a scene as well
+            self.ended = True  # under every phase: the run until then is a scene as well
 
     def place(self) -> Any:
         """Returns a place in 64ths of the scene, or anywhere in it."""
@@ -139,7 +139,7 @@ class _Play:
         return self.corner + part * self.size
 
     def insert(self, place: Any, velocity: Any, radius: float, sizes: int = 3) -> bool:
-        """Inserts a body, or a smaller one of up to ``sizes`` sizes; returns whether there was room."""
+        """Inserts a body, or a smaller one of up to ``sizes`` sizes; returns True if there was room."""
         kind = None if self.scene.kinds == (0,) else KINDS[int(self.random.integers(len(KINDS)))]
         for smaller in (1.0, 2.0, 4.0)[:sizes]:
             size: dict[str, Any] = {"radius": radius / smaller}
@@ -155,7 +155,7 @@ class _Play:
         return False
 
     def shape(self, radius: float) -> Shape:
-        """Returns a shape that a circle of a radius holds: mostly one that there is."""
+        """Returns a shape inside a circle of a radius: mostly a shape of the scene."""
         there = [each for each in self.scene.shapes if each.reach <= radius]
         if there and self.random.random() < 0.9:
             return there[int(self.random.integers(len(there)))]
@@ -168,7 +168,7 @@ class _Play:
         return some
 
     def exchange(self, bodies: list[int]) -> None:
-        """Removes bodies, and inserts as many at their places, in another order."""
+        """Removes bodies, and inserts as many at the same places, in another order."""
         rows = [int(np.flatnonzero(self.sim.bodies == body)[0]) for body in bodies]
         places, radii = self.sim.positions()[rows], self.sim.radii()[rows]
         velocities = self.sim.velocities()[rows]
@@ -178,8 +178,8 @@ class _Play:
             self.insert(places[by], velocities[at], float(min(radii[at], radii[by])))
 
     def open_a_way(self) -> None:
-        """Lets the next bodies on both sides of one fly at each other, removes that one, and runs until they
-        meet. Where it ``leaves``, it flies out of their way before: so neither awaits a contact with it."""
+        """Makes the nearest bodies on both sides of one fly at each other, removes it, runs until they meet.
+        If it ``leaves``, it flies out of their way before: so neither has a scheduled contact with it."""
         axis, leaves = int(self.random.integers(2)), bool(self.random.integers(2))
         places, radii = self.sim.positions(), self.sim.radii()
         for row in self.random.permutation(len(radii))[:16]:
@@ -204,14 +204,14 @@ class _Play:
             return
 
     def insert_one(self) -> None:
-        """One comes, as wide as the widest at the start, or narrower, or a little wider."""
+        """Inserts a body as wide as the widest at the start, or narrower, or slightly wider."""
         radius = self.widest * float(self.random.choice([1.0, 0.5, 0.25, 0.125, 1.5]))
         for _ in range(4):
             if self.insert(self.place(), self.random.integers(-4, 5, 2) / 4.0, radius):
                 return
 
     def crowd(self) -> None:
-        """Up to eight small ones come to one place."""
+        """Inserts up to eight small bodies at one place."""
         radius = self.widest / 16.0
         place, aside = self.place(), self.random.integers(-1, 2, 2) / 8.0
         for at in range(int(self.random.integers(2, 9))):
@@ -219,7 +219,7 @@ class _Play:
             self.insert(place + step, aside, radius, sizes=1)
 
     def burst(self) -> None:
-        """Many come at once, each to a place of its own, one or two of them at a place that is taken."""
+        """Inserts many bodies by one call, each at its own place, one or two of them at occupied places."""
         count, radius = int(self.random.choice(BURSTS[as_python()])), self.widest / 64.0
         at = np.arange(count)
         place = self.place() + 2.25 * radius * np.column_stack([at % 16, at // 16])
@@ -230,7 +230,7 @@ class _Play:
             self.sim.insert_many(place, np.broadcast_to(velocity, (count, 2)), **size, kind=kind)
 
     def arrive(self) -> None:
-        """One comes from far outside of the box in which all began, if nothing bounds it, towards another."""
+        """Inserts a body far outside of the starting box, if no wall prevents it, flying towards another."""
         goal = self.sim.positions()[self.random.integers(len(self.sim.bodies))]
         away = self.random.choice([-1.0, 0.0, 1.0], 2) * self.size * 2.0 ** self.random.integers(0, 4)
         time = 8.0 * self.unit
@@ -238,19 +238,19 @@ class _Play:
         self.run(int(self.random.choice([0, 80])))
 
     def wake(self) -> None:
-        """Some that cannot be moved, or rest, begin to fly."""
+        """Gives velocities to some bodies at rest, or immovable ones."""
         still = (self.sim.velocities() == 0.0).all(axis=1)
         for body in self.sim.bodies[still][:3].tolist():
             self.sim.set_velocity(body, self.random.integers(-4, 5, 2) / 4.0)
 
     def move_some(self) -> None:
-        """Up to three are elsewhere at once."""
+        """Moves up to three bodies to other places."""
         for body in self.chosen(3):
             with suppress(KinetileError):
                 self.sim.set_position(body, self.place())
 
     def change_some(self) -> None:
-        """Up to three get another kind, where there are some."""
+        """Gives up to three bodies another kind, if the scene has kinds."""
         for body in self.chosen(3) if self.scene.kinds != (0,) else ():
             with suppress(KinetileError):
                 self.sim.set_kind(body, KINDS[int(self.random.integers(len(KINDS)))])
@@ -260,30 +260,30 @@ class _Play:
             self.sim.remove(body)
 
     def exchange_some(self) -> None:
-        """Up to eight go, and as many come in their places."""
+        """Removes up to eight bodies, and inserts as many at their places."""
         self.exchange(self.chosen(8))
 
     def exchange_the_ends(self) -> None:
-        """The first and the last go, and two come: one takes the low slot, far from where that was."""
+        """Removes the first and the last body, and inserts two: the low slot gets a far place."""
         there = self.sim.bodies
         ends = [int(there[-1]), int(there[0])][: len(there)]
         self.exchange(ends[:: int(self.random.choice([-1, 1]))])
 
     def start_over(self) -> None:
-        """All of a few go, or all but one, and one comes that may be four times as wide as any was: too wide
-        for a structure that was built for those present, or for no body."""
+        """Removes all of a few bodies, or all but one, and inserts one that may be four times as wide as any
+        before: too wide for a structure that was built for the present bodies, or for no body."""
         if len(self.sim.bodies) <= 8:
             for body in self.sim.bodies[int(self.random.integers(2)) :].tolist():
                 self.sim.remove(body)
             self.insert(self.place(), self.random.integers(-4, 5, 2) / 4.0, 4.0 * self.widest)
 
     def turn(self) -> None:
-        """One takes the velocity of another, or its opposite, or stops."""
+        """Gives a body the velocity of another, or its opposite, or 0."""
         body, other = self.random.choice(self.sim.bodies), self.random.integers(len(self.sim.bodies))
         self.sim.set_velocity(int(body), self.sim.velocities()[other] * float(self.random.integers(-1, 2)))
 
     def many_turn(self) -> None:
-        """Up to 24 fly back, or exchange their velocities, or have one in common."""
+        """Reverses up to 24 velocities, or exchanges them, or makes them equal."""
         rows = self.random.permutation(len(self.sim.bodies))[:24]
         there = self.sim.velocities()[rows]
         turned = (-there, self.random.permutation(there), np.tile(there[:1], (len(there), 1)))
@@ -306,13 +306,13 @@ RULES = (
     _Play.turn,
     _Play.many_turn,
 )
-"""What may be done at a step of a scene; most do several things at once."""
+"""The rules of a step of a scene; most give several commands at once."""
 
 RARE_RULES = (
     *(_Play.burst, _Play.arrive, _Play.arrive, _Play.wake, _Play.wake),
     *(_Play.move_some, _Play.move_some, _Play.change_some),
 )
-"""What may be done in a rare scene as well."""
+"""Further rules of rare scenes."""
 
 
 def _play(scene: Scene, number: int) -> Scene:
@@ -326,20 +326,20 @@ def _play(scene: Scene, number: int) -> Scene:
         if play.ended:
             break
         rule = rules[int(random.integers(len(rules)))] if len(play.sim.bodies) else _Play.insert_one
-        with suppress(KinetileError):  # what is refused, such as a velocity too fast for the scene's clock
+        with suppress(KinetileError):  # refused commands, such as a velocity too fast for the scene's clock
             rule(play)
     return play.recorded()
 
 
 def played(kind: str, start: int = 0) -> Iterator[Scene]:
-    """Yields living scenes of a kind without end; the same ``start`` has the same scenes."""
+    """Yields living scenes of a kind without end; the same ``start`` gives the same scenes."""
     for batch in count(start * 1_000):
         scenes = (_play(scene, batch * BATCH + at) for at, scene in enumerate(STARTS[kind](BATCH, batch)))
         yield from filter(is_living, scenes)  # the others have loops of their own, and other checks
 
 
 def _drawing(kind: str) -> Draw:
-    """Returns what plays scenes of a kind: few with plain Python hooks, in which one takes over a second."""
+    """Returns a function that plays scenes of a kind; few if interpreted, at over a second each."""
     return lambda count, start: islice(played(kind, start), max(1, count // (10 if as_python() else 1)))
 
 

@@ -43,8 +43,8 @@ def _shaped(
     shapes: Sequence[Shape],
     obstacles: Sequence[tuple[float, float, Shape]] = (),
 ) -> Scene:
-    """Returns a scene in which each body has one of these shapes, body 0 the first; obstacles come after
-    them. Without obstacles, body 1 cannot be moved, and mostly stands still."""
+    """Returns a scene whose bodies have these shapes, body 0 the first; obstacles are numbered after them.
+    Without obstacles, body 1 is immovable, and mostly at rest."""
     chosen = [shapes[0], *(draw(st.sampled_from(shapes)) for _ in range(len(scene) - 1))]
     of_each = [scaled(shape, float(r)) for shape, r in zip(chosen, scene.radius, strict=True)]
     of_each += [shape for _, _, shape in obstacles]
@@ -95,14 +95,14 @@ def _scenes_of(shapes: Sequence[Shape]) -> list[st.SearchStrategy[Scene]]:
 
 
 def of_all_shapes() -> st.SearchStrategy[Scene]:
-    """Returns scenes in each of which a capsule can move and some body cannot, so that they share one loop:
-    ``convex`` and the kernel have other forms where all are upright boxes, or can be moved."""
+    """Returns scenes with a movable capsule and an immovable body each, so that they share one loop:
+    ``convex`` and the kernel have other forms if all bodies are upright boxes, or movable."""
     return st.one_of(*_scenes_of(SHAPES), _at_a_grating(SHAPES))
 
 
 MANY = 40
 LISTED, FIRST = 34, 6
-"""Different shapes of all such swarms: differences take long; and how many of them are for body 0."""
+"""Different shapes of all such swarms: differences take long; and the number of shapes for body 0."""
 
 
 @cache
@@ -121,7 +121,7 @@ def _listed() -> tuple[Shape, ...]:
 
 
 def shape_swarm(number: int, periodic: str = "") -> Scene:
-    """Returns up to forty bodies of a few shapes or of many; some cannot be moved, some pass."""
+    """Returns up to forty bodies of a few shapes or of many; some are immovable, some pass."""
     random = np.random.default_rng(number)
     bodies = int(random.integers(8, MANY + 1))
     side = square(bodies, 1.3)
@@ -163,10 +163,10 @@ MOVABLE = scaled(CAPSULE, 0.25), box(0.5, 0.5), disc(0.25), disc(0.25)
 
 
 def pressed(number: int) -> Scene:
-    """Returns three stacks that touch, or nearly, on supports some of which move: what cannot rest there
-    hops."""
+    """Returns three stacks that touch, or nearly, on supports; some supports move, and bodies that cannot
+    rest there hop."""
     random = np.random.default_rng(number)
-    stacks = random.integers(4, size=(3, 3))  # supports, and two layers, of each a shape
+    stacks = random.integers(4, size=(3, 3))  # supports, and two layers, with one shape each
     shapes = [(MOVABLE if layer else SUPPORTS)[at] for layer in range(3) for at in stacks[layer]]
     high = np.array([each.reaches[2:] for each in shapes]).reshape(3, 3, 2)
     gaps = random.choice([0.0, 2.0**-6, 0.25], (3, 3))
@@ -189,7 +189,7 @@ def pressed(number: int) -> Scene:
 
 
 def pressed_with_responses(number: int) -> Scene:
-    """Returns such a scene, every other with a response, all with the loop of those where some may rest."""
+    """Returns such a scene, every other with a response, all with the loop for resting bodies."""
     how = {"e": (0.0, 0.05, 0.5, 0.9)[number // 2 % 4], "contact_time": (2.0**-6, 1e-3)[number // 8 % 2]}
     how |= {"settle": (0.05, 0.5)[number // 16 % 2]} if number % 3 else {}
     rules: Rules = {ABSENT: Response("restitution", e=0.5, contact_time=1e-3, settle=0.5)}

@@ -1,8 +1,8 @@
-"""Scenes for the kit to draw: where phases go wrong, rather than what is typical.
+"""Drawn scenes of few bodies: likely failures of phases, rather than typical scenes.
 
-With small dyadic numbers contacts, crossings and turns happen at the same moment exactly, bodies touch at the
-start, graze, or move together. Wide floats, great ratios of size and places far from the origin are for
-realism. A body, of two or more, is drawn as a whole. Masses are equal but for great ratios of size.
+With small dyadic numbers contacts, crossings and turns happen at exactly the same moment, bodies touch at the
+start, graze, or move together. Wide floats, large ratios of size and places far from the origin add realism.
+A body, of two or more, is drawn as a whole. Masses are equal except for large ratios of size.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ Body = dict[str, Any]
 FEWEST, MOST = 2, 6
 
 SLOW = 2.0**11
-"""By which factor slow scenes are slower: while little happens, the base moves every 4,096 time units."""
+"""The factor of slow scenes: between rare events, the base moves every 4,096 time units."""
 
 speeds = st.integers(-4, 4).map(lambda i: i / 2)
 untils = st.sampled_from([1.0, 2.0, 8.0, 8.0])
@@ -27,7 +27,7 @@ untils = st.sampled_from([1.0, 2.0, 8.0, 8.0])
 
 @st.composite
 def _turns(draw: st.DrawFn, vertical: bool) -> list[tuple[float, tuple[float, float]]]:
-    """Up to two turns, at moments at which something is likely to happen."""
+    """Up to two turns, at moments with likely events."""
     moments = draw(st.lists(st.integers(0, 16), max_size=2, unique=True))
     return [(i / 4, (draw(speeds), draw(speeds) if vertical else 0.0)) for i in sorted(moments)]
 
@@ -75,7 +75,7 @@ def plane_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
 
 @st.composite
 def box_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
-    """Many bodies in a small box for a long time: all get in the way of all, again and again."""
+    """Many bodies in a small box for a long time: all meet each other, again and again."""
     columns, rows = draw(st.sampled_from([(3, 3), (2, 2), (3, 3), (4, 2), (2, 4)]))
     least = min(draw(st.sampled_from([FEWEST, 5])), columns * rows)
     bodies = draw(several(body_in_cell(columns, rows, turns), MOST, least))
@@ -84,7 +84,7 @@ def box_scenes(draw: st.DrawFn, turns: bool = True) -> Scene:
 
 @st.composite
 def _slider(draw: st.DrawFn, columns: int, rows: int, turns: bool) -> Body:
-    """A body in a column of a unit lattice, mostly as wide as that, which flies up or down in it."""
+    """A body in a column of a unit lattice, mostly as wide as the column, which flies up or down in it."""
     x, y = draw(st.integers(0, columns - 1)), draw(st.integers(0, rows - 1))
     radius = draw(st.sampled_from([0.5, 0.5, 0.5, 0.25]))
     aside = draw(st.sampled_from([0.5 - radius, radius - 0.5]))
@@ -143,7 +143,7 @@ def sized_scenes(draw: st.DrawFn) -> Scene:
 
 @st.composite
 def _wide_body(draw: st.DrawFn, far: float) -> Body:
-    """A body with a column of its own, anywhere in it, that flies to about where the others fly to."""
+    """A body anywhere in its own column that flies to about the same place as the others."""
     column = draw(st.integers(0, MOST))
     x, y = 4.0 * column + draw(st.floats(-0.9, 0.9)), draw(st.floats(-20.0, 20.0))
     moment = draw(st.floats(0.125, 4.0))
@@ -154,7 +154,7 @@ def _wide_body(draw: st.DrawFn, far: float) -> Body:
 
 @st.composite
 def wide_scenes(draw: st.DrawFn) -> Scene:
-    """Bodies with nothing round about them, without walls, perhaps far from the origin."""
+    """Bodies in the open plane, without walls, perhaps far from the origin."""
     far = draw(st.sampled_from([0.0, 0.0, 2.0**20, -(2.0**30)]))
     return scene_of(draw(several(_wide_body(far), MOST)), None, draw(untils))
 
@@ -173,7 +173,7 @@ def scenes(turns: bool = True) -> st.SearchStrategy[Scene]:
 
 
 def _small(turns: bool) -> Draw:
-    """Returns what draws from the mix, and makes a quarter so slow that the base of the clock moves on."""
+    """Returns a function that draws from the mix; a quarter are so slow that the base of the clock moves."""
     return drawn(lambda: st.builds(viewed, scenes(turns), slower=st.sampled_from([1.0, 1.0, 1.0, SLOW])))
 
 

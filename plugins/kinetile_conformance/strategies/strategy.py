@@ -1,4 +1,4 @@
-"""A strategy: what is drawn by Hypothesis, from one number each, or fixed; one seed has the same scenes."""
+"""A strategy: scenes that Hypothesis draws, or of one number each, or fixed; a seed always gives the same."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -14,14 +14,14 @@ from kinetile import Scene
 from kinetile_conformance.cases import CONTACTS
 
 Draw = Callable[[int, int], Iterable[Scene]]
-"""Called with a number of scenes and a seed: returns that number, more, or all there are."""
+"""Called with a number of scenes and a seed: returns that number, more, or all scenes."""
 
 
 @dataclass(frozen=True)
 class Strategy:
     """A row of the table: scenes of one kind. ``suffix`` and ``where`` end the name and the sentence of a
-    check on them; ``contacts`` is the limit of a run; ``broad`` ones judge only broad phases; of ``fixed``
-    ones there are so many, always the same, if not 0."""
+    check on them; ``contacts`` is the limit of a run; ``broad`` scenes judge only broad phases; ``fixed``
+    is the number of scenes that are always the same, or 0."""
 
     name: str
     draw: Draw
@@ -37,7 +37,7 @@ def _no_constants() -> Iterator[None]:
     """Lets Hypothesis draw no constants of loaded modules: else a seed has other scenes in each project."""
     try:
         from hypothesis.internal.conjecture.providers import HypothesisProvider
-    except ImportError:  # a version that has none of them
+    except ImportError:  # a version without them
         yield
         return
     with patch.object(HypothesisProvider, "_maybe_draw_constant", lambda *_, **__: None, create=True):
@@ -45,7 +45,7 @@ def _no_constants() -> Iterator[None]:
 
 
 def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
-    """Returns what draws from a Hypothesis strategy, which is made when it is needed."""
+    """Returns a function that draws from a Hypothesis strategy, which is made at its first use."""
 
     def draw(count: int, seed: int) -> list[Scene]:
         found: list[Scene] = []
@@ -70,8 +70,8 @@ def drawn(make: Callable[[], st.SearchStrategy[Scene]]) -> Draw:
 
 
 def numbered(make: Callable[[int], Scene]) -> Draw:
-    """Returns what draws scenes that are each made of one number. Hypothesis would draw the first and the
-    last numbers over and over, and of twelve kinds leave out three or four in fifty scenes."""
+    """Returns a function that draws scenes from one number each. Hypothesis would draw the first and the last
+    numbers repeatedly, and omit three or four of twelve kinds in fifty scenes."""
 
     def draw(count: int, seed: int) -> Iterator[Scene]:
         return map(make, np.random.default_rng(seed).integers(0, 2**24, count).tolist())

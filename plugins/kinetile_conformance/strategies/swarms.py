@@ -1,9 +1,9 @@
 """Swarms: scenes of many bodies, each of a kind that fills places, lists and counters of a phase.
 
-What a phase keeps in a list overflows in a crowd, what it keeps in a table collides when there are many, a
-number of 8 bits ends at 256 bodies, and truncation is not floor left of the origin. One drawn number gives a
-swarm's kind, its number of bodies, a seed, and a variation. Every body begins in a slot of its own, so that
-none overlap. All masses are equal, for few loops.
+A phase's list overflows in a crowd, entries of its table collide with many bodies, a number of 8 bits ends at
+256 bodies, and truncation is not floor left of the origin. One drawn number gives a swarm's kind, its number
+of bodies, a seed, and a variation. Every body begins in its own slot, so that none overlap. All masses are
+equal, for few loops.
 """
 
 from collections.abc import Callable, Iterable
@@ -54,7 +54,7 @@ def radii(random: np.random.Generator, bodies: int, variation: int) -> Floats:
 
 
 def jitter(random: np.random.Generator, radius: Floats) -> Floats:
-    """Returns displacements with which bodies stay in their unit squares, (n, 2)."""
+    """Returns displacements that keep bodies in their unit squares, (n, 2)."""
     return (0.499 - radius)[:, None] * random.uniform(-1.0, 1.0, (len(radius), 2))
 
 
@@ -64,7 +64,7 @@ def anyhow(random: np.random.Generator, bodies: int) -> Floats:
 
 
 def back_and_forth(velocity: Floats, moments: tuple[float, ...]) -> list[Turn]:
-    """Returns turns with which each body flies back, and forth again."""
+    """Returns turns that make each body fly back, and forth again."""
     there, back = velocity.tolist(), (-velocity).tolist()
     return [
         Turn(body, moment, (vx, vy))
@@ -130,7 +130,7 @@ def resting(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 def burst(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """All in the middle: off at one moment in all directions, or a gas in a few cells of a grid."""
+    """All in the middle: leaving at one moment in all directions, or a gas in a few cells of a grid."""
     side, radius, place = at_random(random, bodies, variation, 1.2)
     inside, wide = place - side / 2.0, 3.0 * side
     velocity = anyhow(random, bodies) if variation & 2 else inside * (2.0, 8.0)[variation & 1]
@@ -173,7 +173,7 @@ def returning(random: np.random.Generator, bodies: int, variation: int) -> Scene
     side, radius, place = at_random(random, bodies, variation, 1.5)
     place -= side / 2.0
     velocity = place * (2.0, 16.0)[variation & 1]
-    # At 4 they are where they began, and fly on through each other's midst.
+    # At 4 they are at their starting places, and fly on through each other's midst.
     return swarm_of(place, velocity, radius, None, 7.0, back_and_forth(velocity, (2.0, 5.0)))
 
 
@@ -199,7 +199,7 @@ def _octaves(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 def crowd(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """All small bodies in the place of one large one, of which some are about; or bodies of all sizes."""
+    """All small bodies in the place of one large body, among other large ones; or bodies of all sizes."""
     if variation >= 4:
         return _octaves(random, bodies, variation)
     small = bodies - 3
@@ -227,8 +227,8 @@ def giants(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 def plough(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """Four large bodies that plough through small ones at rest, one in each direction, past each other: those
-    have no new plans, so it is by the large one's certificate that they become near it, or not at all."""
+    """Four large bodies that plough through small ones at rest, one in each direction, past each other. The
+    small ones have no new plans, so only the large body's certificate can make them near it."""
     small = bodies - 4
     side = square(small, 1.2)
     wide = (0.2, 0.1875, 0.175, 0.15)[variation % 4] * side
@@ -244,7 +244,7 @@ def plough(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 def lanes(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """Large bodies in lanes among few small ones that drift, beside a crowd that makes a grid fine: few
-    contacts come between two changes of place, also over the axis."""
+    contacts are between two changes of place, also over the axis."""
     large, crowd = 3, int(0.8 * (bodies - 3))
     few = bodies - large - crowd
     side = 0.475 * np.sqrt(bodies)
@@ -261,11 +261,11 @@ def lanes(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     return swarm_of(place, velocity, radius, None, 4.0 * side, aside=variation & 2)
 
 
-# Kinds in which much happens at one tick, or along one axis.
+# Kinds with many events at one tick, or along one axis.
 
 
 def front(random: np.random.Generator, bodies: int, variation: int) -> Scene:
-    """A straight front of bodies that cross each border at one tick, towards others at rest or coming."""
+    """A straight front of bodies that cross each border at one tick, towards others at rest or moving."""
     rows = bodies // 2
     apart = random.integers(4, 24, bodies - rows) / 4.0
     radius = np.full(bodies, (0.5, 0.25, 0.125, 0.0625)[variation % 4])
@@ -286,7 +286,7 @@ def fast_corridor(random: np.random.Generator, bodies: int, variation: int) -> S
 
 def steep(random: np.random.Generator, bodies: int, variation: int) -> Scene:
     """A crowd at rest, and some that fly almost along an axis: each meets a body far away, only because it
-    drifts a few widths aside. There is no arena, with which a grid would have coarse cells."""
+    drifts sideways by a few widths. An arena would make the cells of a grid coarse, so it is absent."""
     fliers = min(bodies // 8, 8)
     crowd = bodies - 2 * fliers
     side = square(crowd, 1.3)
@@ -304,7 +304,7 @@ def steep(random: np.random.Generator, bodies: int, variation: int) -> Scene:
 
 
 WIDTHS = ((8, 400), (64, 64), (1_000, 16))
-"""How many of its widths a convoy flies until its parts meet, and how many bodies it has at most."""
+"""The flight of a convoy until its parts meet, in its widths, and its largest number of bodies."""
 
 
 def convoy(random: np.random.Generator, bodies: int, variation: int) -> Scene:
@@ -337,7 +337,7 @@ KINDS = _named(
 """The kinds of swarms, the simplest first."""
 
 GIANTS = _named(plough, lanes, giants)
-"""Kinds with few large bodies, of which one scene in four or five finds a fault."""
+"""Kinds with few large bodies; one scene in four or five finds a fault."""
 
 BURSTS = _named(front, burst)
 CORRIDORS = _named(fast_corridor, steep, convoy)

@@ -1,5 +1,5 @@
 """Scenes on periodic axes, from one body to forty: on borders and in corners, written some periods away, in
-boxes up to twenty times as long as wide, in which some fly thousands of periods. All have kinds."""
+boxes up to twenty times as long as wide, with flights over thousands of periods. All have kinds."""
 
 import math
 from typing import Any
@@ -40,8 +40,8 @@ def _few(draw: st.DrawFn) -> Scene:
 
 
 def _shift(random: np.random.Generator, place: Floats, velocity: Floats) -> Floats:
-    """Returns by how much all are moved: not at all, so that bodies touch borders, or so that two that fly at
-    each other aslant meet in a corner; these get such velocities."""
+    """Returns the displacement of all bodies: 0, so that bodies touch borders, or so that two bodies that fly
+    at each other obliquely meet in a corner; these get such velocities."""
     apart = np.abs(place - place[-1])
     beside = np.flatnonzero((apart > 0.5).all(axis=1) & (apart < 1.5).all(axis=1))
     if not len(beside) or random.random() < 0.5:
@@ -101,11 +101,11 @@ def torus(number: int) -> Scene:
 
 
 ROUNDS = {True: 64, False: 34_000}
-"""Periods that bodies of a long flight fly, all together: compiled, numbers of 16 bits overflow."""
+"""Periods of a long flight, for all bodies together: compiled, numbers of 16 bits overflow."""
 
 
 def flight(number: int) -> Scene:
-    """Returns a crowd that flies many periods, and meets all the while; a grid has several rows."""
+    """Returns a crowd that flies many periods, with contacts all the time; a grid has several rows."""
     random, along = np.random.default_rng(number), number % 2
     sides, until = ((5, 3), (3, 5))[along], 8.0
     velocity = anyhow(random, 15)

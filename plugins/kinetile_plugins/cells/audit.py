@@ -1,9 +1,9 @@
 """Audit of the cells, slow and from scratch, and their drawing.
 
-Between two events every body is within its home, but for rounding and for one that is about to go over; the
-table has every body in the cell of its home and nowhere else, block before list; every body is a guest in the
-cells around its own of all coarser levels, and nowhere else; each certificate is for the tick at which the
-plan says that an edge is reached; and no cell, without its slack, is narrower than bodies of its level.
+Between two events every body is within its home, except for rounding and for a body about to cross. The table
+has every body in the cell of its home and nowhere else, block before list. Every body is a guest in the cells
+of all coarser levels that contain its own cell, and nowhere else. Each certificate is for the tick of
+the plan's arrival at an edge. No cell, without its slack, is narrower than the bodies of its level.
 """
 
 import math
@@ -23,7 +23,7 @@ Whole = npt.NDArray[np.intp]
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields a sentence for everything that does not hold."""
+    """Yields a sentence for each fault."""
     there = np.flatnonzero(k.queue.number >= 0)
     homes, skin = s.homes[there], k.clock[0].limits.skin
     level, grid = homes.level, s.levels[homes.level]
@@ -49,8 +49,8 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 
 class _Cells(NamedTuple):
-    """The cells of m bodies along both axes, (m, 2): columns and rows in the plans' frame, how wide these are
-    and their slack, and whether there are several: no body leaves the only one."""
+    """The cells of m bodies along both axes, (m, 2): columns and rows in the plans' frame, their widths and
+    slack, and True if there are several: no body leaves the only column or row."""
 
     at: Any
     side: Any
@@ -70,7 +70,7 @@ def _cells(k: Kernel, s: State, there: Whole) -> _Cells:
 
 
 def _places(k: Kernel, there: Whole, cells: _Cells) -> Iterator[str]:
-    """Every body is within its cell, by its plan, but for less than two skins."""
+    """Yields each body that by its plan is two skins or more outside its cell."""
     at, side, slack, several = cells
     waiting, place = np.asarray(k.queue.certificate[there]) > k.clock[0].now, positions_now(k)[there]
     slack = slack + 2.0 * k.clock[0].limits.skin
@@ -81,7 +81,7 @@ def _places(k: Kernel, there: Whole, cells: _Cells) -> Iterator[str]:
 
 
 def _certificates(k: Kernel, s: State, there: Whole, cells: _Cells) -> Iterator[str]:
-    """Every certificate fails when the body reaches the first edge ahead of it, and that edge is noted."""
+    """Yields each certificate that is not for the body's first edge ahead, and each wrongly noted edge."""
     bodies, homes, clock, own = k.bodies[there], s.homes[there], k.clock[0], k.queue.certificate[there]
     at, side, slack, several = cells
     place, speed = np.column_stack([bodies.x, bodies.y]), np.column_stack([bodies.vx, bodies.vy])
@@ -102,7 +102,7 @@ def _certificates(k: Kernel, s: State, there: Whole, cells: _Cells) -> Iterator[
 
 
 def _table(s: State, there: Whole) -> Iterator[str]:
-    """The blocks and lists have every body once, in its cell; bodies in a list found the block full."""
+    """Yields each body that is not once in the table, in its cell; and each list of a cell with room."""
     home = s.homes.cell
     blocks = s.blocks.reshape(-1, BLOCK)
     cells, places = np.nonzero(np.arange(FULL) < blocks[:, FULL:])
@@ -130,7 +130,7 @@ def _table(s: State, there: Whole) -> Iterator[str]:
 
 
 def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
-    """A body at home in a finer level is a guest of this one, in the cell around its own, once."""
+    """Yields each body of a finer level that is not a guest of this one once, in the cell around its own."""
     grid, coarser = s.levels[at], len(s.levels) - 1
     part = s.levels.side[s.homes.level] / grid.side
     around = cells_of(grid, np.floor(s.homes.x * part), np.floor(s.homes.y * part))
@@ -154,11 +154,11 @@ def _guests(s: State, at: int, there: Whole) -> Iterator[str]:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields each cell with a home or a guest in it, with the tick at which the first of those at home leaves
-    it, then the pairs; where an axis is periodic the cells of the arena alone.
+    """Yields each cell with a home or a guest in it, with the first tick of a body at home to leave it;
+    then the pairs. If an axis is periodic, yields the cells of the arena alone.
 
-    A pair is two bodies of which the smaller, at home or as a guest, is in the cell of the larger or in one
-    of the eight around it, on the table: where the plane is wound up that may be far away.
+    In a pair the smaller body, at home or as a guest, is in the cell of the larger or in one of the eight
+    around it, on the table; if the plane is wrapped, that may be far away.
     """
     there = np.flatnonzero(k.queue.number >= 0).tolist()
     own = k.queue.certificate.tolist()

@@ -1,6 +1,6 @@
-"""The hooks where bodies of different size are at home in different levels (docs/cells.md, Bodies of many
-sizes). A body is near those at home and the guests around it in its own level, and those at home around it in
-each coarser one; either side finds the other."""
+"""The hooks for several levels: bodies of different size are at home in different levels (docs/cells.md,
+Bodies of many sizes). A body is near the bodies at home and the guests around it in its own level, and near
+the bodies at home around it in each coarser level. So this relation is symmetric."""
 
 import math
 
@@ -55,7 +55,7 @@ def _list_guests(k: Kernel, s: State, cell: int, count: int) -> int:
 
 @hook
 def _invite(s: State, body: int) -> None:
-    """Registers a body in all coarser levels than its own, as a guest."""
+    """Registers a body as a guest in all levels that are coarser than its own."""
     coarser = len(s.levels) - 1
     home = s.homes[body]
     level = int(home.level)
@@ -69,7 +69,7 @@ def _invite(s: State, body: int) -> None:
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Puts every body into the cells that ``arrange`` has found, and watches it."""
+    """Puts every body into its cells from ``arrange``, and watches it."""
     for body in range(k.clock[0].bodies):
         put_home(s, body)
         _invite(s, body)
@@ -79,7 +79,7 @@ def build(k: Kernel, s: State) -> None:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names those at home and the guests around a body in its level, and those at home in coarser ones."""
+    """Names bodies at home and guests around a body in its level, and bodies at home in coarser levels."""
     home = s.homes[body]
     level = int(home.level)
     coarser = len(s.levels) - 1
@@ -101,9 +101,9 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """A body reaches an edge of its cell, which may be one of coarser cells, too.
+    """Moves a body over an edge of its cell, which may be an edge of coarser cells, too.
 
-    It goes over in all these levels, and the bodies ahead of it in one of them are newcomers.
+    The body crosses in all these levels; the bodies ahead of it in any of them are named as newcomers.
     """
     home = s.homes[body]
     level = int(home.level)
@@ -137,7 +137,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def enter(k: Kernel, s: State, body: int) -> None:
-    """Inserts a body: at home in the finest level for bodies as wide, a guest in the coarser ones."""
+    """Inserts a body: at home in the finest level that is wide enough, a guest in the coarser levels."""
     coarser = len(s.levels) - 1
     level = 0
     while level < coarser and s.levels[level].widest < k.bodies[body].radius:
@@ -150,8 +150,8 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetches where a body is, at home and as a guest; then the cells around it in these levels; then the
-    bodies in them, and of the guests in each cell of its own level the first."""
+    """Prefetches a body's home and its entries as a guest; then the cells around it in these levels; then the
+    bodies in these cells, and the first guest in each cell of its own level."""
     coarser = len(s.levels) - 1
     home = s.homes[body]
     if stage == 0:
@@ -178,7 +178,7 @@ def soon(k: Kernel, s: State, body: int, stage: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Removes a body from its home and from the cells in which it is a guest."""
+    """Removes a body from its home and from the lists of guests."""
     home = s.homes[body]
     coarser = len(s.levels) - 1
     move_out(s, body, home.cell)

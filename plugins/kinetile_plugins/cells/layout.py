@@ -1,43 +1,43 @@
-"""The table of cells: their widths, the bodies in each, and how the hooks read and change it.
+"""The table of cells: their widths, the bodies in each, and the hooks that read and change it.
 
-docs/cells.md has what is stored, and how wide cells are. Rows of the table follow each other: cell (x, y) of
-the plane is place x + ``columns`` y, modulo the number of places. The end of a row adjoins the beginning of
-the next one, and the last place adjoins the first: a helix, wound up to a torus. So the eight cells around a
-cell are at fixed distances from it, everywhere, and only near the two ends of the table is there anything to
-wind up. With an arena the table has one more column and row than the arena, so that no two cells of the arena
-share a place and its opposite edges are not adjacent.
+docs/cells.md describes the stored tables and the width of cells. Rows of the table follow each other: cell
+(x, y) of the plane is place x + ``columns`` y, modulo the number of places. The end of a row adjoins the
+beginning of the next one, and the last place adjoins the first: a helix, wrapped to a torus. So the eight
+cells around a cell are at fixed distances from it, everywhere, and only places near the two ends of the table
+need wrapping. With an arena the table has one more column and row than the arena, so no two cells of the
+arena share a place, and opposite edges of the arena are not adjacent.
 
-A place has a block of eight integers: the numbers of seven bodies, and how many of them count, so that one
-vector copies it (``append``). A body that finds the block full goes into the list of the cell, which is
-threaded through the bodies. How many cells of a level have a list is counted: none in most scenes, and then
-no list is looked for. A body is as wide as twice what it reaches to its farthest side, and a cell is wider
-than it must be by twice its ``slack``.
+A place has a block of eight integers: the numbers of seven bodies, and the count of the valid ones. So one
+vector copies a block (``append``). If the block is full, a body is put into the list of the cell, which is
+linked through the bodies. A counter holds the number of cells of a level with a list. It is 0 in most scenes,
+and then no list is read. The width of a body is twice its farthest reach to a side. A cell is wider than
+necessary by twice its ``slack``.
 
 Why the table loses no pair
 ===========================
 
-Call N the number of places of a level, C its columns, N a multiple of C, both N / C and C at least 3, and
-p(x, y) = (x + C y) mod N.
+Let N be the number of places of a level, and C its columns. N is a multiple of C, and both N / C and C are at
+least 3. Let p(x, y) = (x + C y) mod N.
 
-- *Steps.* p(x + a, y + b) = (p(x, y) + a + C b) mod N, for all whole numbers. So cells that are adjacent on
-  the plane are a distance of a + C b apart on the table, with a and b in {-1, 0, 1}, and a body whose place
-  is changed by such a step at each crossing stays at p of its cell. Adjacency is mutual, since the distances
-  come with both signs: a is near b if b is near a. ``near`` reads the table alone.
+- *Steps.* p(x + a, y + b) = (p(x, y) + a + C b) mod N, for all whole numbers. So the distance on the table of
+  cells that are adjacent on the plane is a + C b, with a and b in {-1, 0, 1}. Each crossing changes the place
+  of a body by such a step, so the body stays at p of its cell. Adjacency is mutual, since each distance
+  occurs with both signs: a is near b if b is near a. ``near`` reads the table alone.
 - *Nine places.* The nine distances lie from -C - 1 to C + 1, and are different integers, since C >= 3. Two of
-  them differ by 2 C + 2 at most, less than 3 C <= N, so also modulo N: no body is named twice.
-- *The two ends.* For a place n with C < n < N - C - 1 all nine lie from 0 to N - 1 without a turn, and are
-  three runs of three blocks. For the other places, the first row, the last, and one place beside each, every
-  sum is more than -N and less than 2 N, since C + 1 < N: one turn, added or subtracted, winds it up.
-- *An arena.* It has at most C - 1 columns and N / C - 1 rows of cells, numbered from 0. The place before (0,
-  y) and the place behind (C - 2, y) are in column C - 1, where no cell of the arena is; the places below row
-  0 and above row N / C - 2 are those of the last row, or wound up to it. So the end of a row of the table
-  adjoins the next row through an empty place, and no pair is named that is not adjacent on the plane. Without
-  the walls' narrow phase bodies leave the arena; then the other items hold.
+  them differ by at most 2 C + 2, less than 3 C <= N, so also modulo N: no body is named twice.
+- *The two ends.* For a place n with C < n < N - C - 1 all nine places lie from 0 to N - 1 without wrapping,
+  and are three runs of three blocks. For the other places (the first row, the last row, and one place beside
+  each) every sum is more than -N and less than 2 N, since C + 1 < N: adding or subtracting N once wraps it.
+- *An arena.* It has at most C - 1 columns and N / C - 1 rows of cells, numbered from 0. The place before
+  (0, y) and the place behind (C - 2, y) are in column C - 1, which has no cell of the arena. The places below
+  row 0 and above row N / C - 2 are in the last row, or wrapped to it. So an empty place is between the end of
+  a row and the next row, and each named pair is adjacent on the plane. Without the walls' narrow phase bodies
+  leave the arena; then the other items hold.
 - *Large numbers.* p is computed from x and y as doubles when a body is inserted or the structure is built,
   and must not be rounded. A side is at least 2 (r + 2 delta), more than 256 (n + 4) u X. So |x| and |y| are
   less than 2^45 / (n + 4) + 1, for n bodies. A level has at most 8 n + 15 places, and C is at most a third of
-  it: C |y| and the sum x + C y are less than 2^47, exact. The quotient by N is off by 2^-6 / N at most, while
-  a quotient that is not whole is at least 1 / N from the next whole number: its floor is right.
+  them: C |y| and the sum x + C y are less than 2^47, exact. The quotient by N is off by at most 2^-6 / N,
+  while a quotient that is not whole is at least 1 / N from the next whole number: its floor is right.
 """
 
 import math
@@ -52,52 +52,52 @@ from kinetile.toolbox.lanes import append
 
 BLOCK = 8
 FULL = BLOCK - 1
+"""Bodies in a block, and the place of their count."""
 
 PERIODIC = False
-"""Whether homes are unwrapped, in cells that go round (``torus.py``)."""
-"""Bodies in a block, and the place of their count."""
+"""True if homes are unwrapped, in cells of a torus (``torus.py``)."""
 
 HOME = np.dtype(
     [
         ("x", "f8"),  # the body's cell in the plane: a whole number
         ("y", "f8"),
         ("cell", "i8"),  # and its number, a place of the table
-        ("next", "i4"),  # the next body in the list of a cell that is full
+        ("next", "i4"),  # the next body in the list of a full cell
         ("way", "i2"),  # the edge of its cell that it reaches next: 0 left, 1 right, 2 lower, 3 upper
-        ("level", "i2"),  # of which level its cell is
+        ("level", "i2"),  # the level of its cell
     ]
 )
 LEVEL = np.dtype(
     [
         ("side", "f8"),  # of a cell, a length
-        ("slack", "f8"),  # how far a body may be outside its cell, a length
-        ("widest", "f8"),  # the farthest that a body at home in it reaches to a side, now or later
+        ("slack", "f8"),  # the distance that a body may be outside its cell
+        ("widest", "f8"),  # the farthest reach to a side of a body at home in it, now or later
         ("columns", "i8"),  # of its part of the table
         ("cells", "i8"),  # in all its rows
-        ("height", "f8"),  # of a cell: another one than its side where an axis is periodic (``torus.py``)
+        ("height", "f8"),  # of a cell: not its side if an axis is periodic (``torus.py``)
         ("rows", "i8"),
         ("first", "i8"),  # the number of its first cell
     ]
 )
 GUEST = np.dtype([("cell", "i8"), ("next", "i4"), ("prev", "i4")])
-"""The cell of a coarser level in which a body is, and its neighbours in that cell's list, or NOBODY."""
+"""A body's cell of a coarser level, and its neighbours in that cell's list, or NOBODY."""
 
 
 class State(NamedTuple):
     """The cells of all levels, and the homes of the bodies."""
 
-    blocks: Records  # (8 cells,) seven bodies and how many of them there are
-    lists: Records  # (cells,) the first of the bodies that found the block full, or NOBODY
-    listed: Records  # (levels,) how many cells have such a list
+    blocks: Records  # (8 cells,) seven bodies and their number
+    lists: Records  # (cells,) the first body of the list for a full block, or NOBODY
+    listed: Records  # (levels,) the number of cells with such a list
     homes: Records  # (n,)
     levels: Records  # (levels,) from the finest to the coarsest
-    guests: Records  # (n (levels - 1),) for each body one for each level above the finest
-    hosts: Records  # (cells,) the first guest of a cell, or NOBODY; empty where there is one level
+    guests: Records  # (n (levels - 1),) one for each body and each level above the finest
+    hosts: Records  # (cells,) the first guest of a cell, or NOBODY; empty with one level
 
 
 @hook
 def wrapped(grid: Records, cell: int) -> int:
-    """Returns the number of a cell of a level, less than a turn beyond either end of its places, wound up."""
+    """Returns the wrapped number of a level's cell, less than a turn beyond either end of its places."""
     if cell < grid.first:
         return int(cell + grid.cells)
     return int(cell - grid.cells if cell >= grid.first + grid.cells else cell)
@@ -128,7 +128,7 @@ def move_in(s: State, body: int, cell: int) -> None:
 
 @hook
 def move_out(s: State, body: int, cell: int) -> None:
-    """Takes a body out of a cell; the first of the cell's list takes its place in the block."""
+    """Removes a body from a cell; the first body of the cell's list replaces it in the block."""
     at = cell * BLOCK
     last = at + s.blocks[at + FULL] - 1
     place = at
@@ -171,7 +171,7 @@ def append_block(k: Kernel, s: State, cell: int, count: int) -> int:
 
 @hook
 def append_row(k: Kernel, s: State, left: int, count: int) -> int:
-    """Does so for three cells that follow each other."""
+    """Writes the bodies in the blocks of three cells in a row, likewise."""
     block = left * BLOCK
     count += append(s.blocks, block, k.near, count)
     count += append(s.blocks, block + BLOCK, k.near, count)
@@ -180,7 +180,7 @@ def append_row(k: Kernel, s: State, left: int, count: int) -> int:
 
 @hook
 def wrapped_index(at: int, cells: int) -> int:
-    """Returns the place of a column or row less than a round off either end."""
+    """Returns the wrapped number of a column or row, less than a round off either end."""
     if at < 0:
         return int(at + cells)
     return int(at - cells if at >= cells else at)
@@ -188,7 +188,7 @@ def wrapped_index(at: int, cells: int) -> int:
 
 @hook
 def cell_on_torus(grid: Records, x: float, y: float) -> int:
-    """Returns the number of the cell in an unwrapped column and row, where an axis is periodic."""
+    """Returns the number of the cell in an unwrapped column and row, if an axis is periodic."""
     column = x - math.floor(x / grid.columns) * grid.columns
     row = y - math.floor(y / grid.rows) * grid.rows
     return int(int(column) + int(row) * grid.columns)
@@ -196,7 +196,7 @@ def cell_on_torus(grid: Records, x: float, y: float) -> int:
 
 @hook
 def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
-    """Returns the number of a cell that is up to one to the right, and one up, where an axis is periodic."""
+    """Returns the number of a cell up to one to the right and up to one above, if an axis is periodic."""
     row = cell // grid.columns
     column = wrapped_index(cell - row * grid.columns + right, grid.columns)
     return int(column + wrapped_index(row + up, grid.rows) * grid.columns)
@@ -204,7 +204,7 @@ def beside_on_torus(grid: Records, cell: int, right: int, up: int) -> int:
 
 @hook
 def beside(grid: Records, cell: int, right: int, up: int) -> int:
-    """Returns the number of a cell that is up to one to the right, and one up."""
+    """Returns the number of a cell up to one to the right and up to one above."""
     if PERIODIC:
         return beside_on_torus(grid, cell, right, up)
     return wrapped(grid, cell + right + up * grid.columns)
@@ -213,7 +213,7 @@ def beside(grid: Records, cell: int, right: int, up: int) -> int:
 @hook
 def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
     """Writes the bodies at home in a cell and in the eight around it behind ``k.near[:count]``; returns the
-    new count. On a torus, there are none beside the only column or row."""
+    new count. On a torus, the only column or row has no neighbours."""
     grid = s.levels[level]
     columns = grid.columns
     left = down = -1
@@ -228,7 +228,7 @@ def list_around(k: Kernel, s: State, level: int, cell: int, count: int) -> int:
         count = append_row(k, s, cell - columns - 1, count)
         count = append_row(k, s, cell - 1, count)
         count = append_row(k, s, cell + columns - 1, count)
-    else:  # near an end of the table: some of them are at the other end
+    else:  # near an end of the table: some cells are at the other end
         for up in range(down, 1 - down):
             for right in range(left, 1 - left):
                 count = append_block(k, s, beside(grid, cell, right, up), count)
@@ -272,7 +272,7 @@ def put_home(s: State, body: int) -> None:
 
 @hook
 def come_home(k: Kernel, s: State, body: int, level: int) -> None:
-    """Inserts a body into its cell of a level, by rounded coordinates: later crossings alone count."""
+    """Inserts a body into its cell of a level, by rounded coordinates; later only crossings change it."""
     plan = k.bodies[body]
     home = s.homes[body]
     grid = s.levels[level]
@@ -287,7 +287,7 @@ def come_home(k: Kernel, s: State, body: int, level: int) -> None:
 
 @hook
 def go_over(s: State, body: int) -> tuple[int, int]:
-    """Moves a body over the edge of its cell that it has reached; returns the way for ``list_ahead``."""
+    """Moves a body over the edge that it has reached; returns the side for ``list_ahead``."""
     home = s.homes[body]
     step = 2 * (home.way & 1) - 1
     right = step * (1 - (home.way >> 1))
@@ -301,19 +301,19 @@ def go_over(s: State, body: int) -> tuple[int, int]:
 
 
 SPACING = 1.25, 1.65
-"""The side of cells that no body forces to be wider, where 1 is one body a cell: in crowds; for points."""
+"""The side of cells that no body forces to be wider, in units of one body a cell: in crowds; for points."""
 
 CROWD = 16.0
-"""More smaller bodies than this in a cell of a level, on average, get a finer level."""
+"""If a cell of a level has more smaller bodies than this, on average, they get a finer level."""
 
 ROOM = 1.0 + 2.0**-10
-"""How much wider cells are than the widest body, before the skin is known: a factor."""
+"""The side of cells over the width of the widest body, before the skin is known."""
 
 ABOVE = 1.0 + 2.0**-50
-"""By which factor cells become wider than they must be: more than a quotient and a product round."""
+"""The factor from the least side to the side: it covers the roundings of a quotient and a product."""
 
 MOST = 8
-"""Cells of a level for each body; where there would be more, the table is wound up."""
+"""The most cells of a level for each body; with more, the table is wrapped."""
 
 
 def least_side(reach: Any, skin: float) -> Any:
@@ -328,7 +328,7 @@ def _farthest(scene: Scene) -> Any:
 
 
 def _widths(scene: Scene) -> Any:
-    """Returns how wide the cells of a body have to be, with some room for the skin."""
+    """Returns the least widths of the bodies' cells, with some room for the skin."""
     return least_side(_farthest(scene), 0.0) * ROOM
 
 
@@ -338,7 +338,7 @@ def narrowest(scene: Scene) -> float:
 
 
 def _extent(scene: Scene) -> tuple[float, float]:
-    """Returns width and height of where bodies are: of the arena, or of the middle half of them, twice."""
+    """Returns width and height of the arena, or of the region of the middle half of bodies, doubled."""
     if scene.arena is not None:
         return scene.arena
     lower, upper = np.quantile(scene.position, [0.25, 0.75], axis=0)
@@ -347,7 +347,7 @@ def _extent(scene: Scene) -> tuple[float, float]:
 
 
 def _spaced(extent: tuple[float, float], bodies: int, widest: float) -> float:
-    """Returns the side of cells that are as many as ``SPACING`` says, in a thin arena too."""
+    """Returns the side of cells by ``SPACING``, in a thin arena too."""
     width, height = extent
     square = math.sqrt(width / bodies) * math.sqrt(height)
     one = max(square, width / bodies, height / bodies)
@@ -359,9 +359,9 @@ def sides_for(scene: Scene, side: float | None) -> list[float]:
     """Returns the sides of the levels' cells, from the finest to the coarsest, each a power of two times the
     first; a scene without bodies has one level.
 
-    With a ``side`` it is that of the finest level, and a body that is wider is at home in the first level
-    that is not narrower than it is. Otherwise the coarsest level is as wide as the widest body, or as
-    ``SPACING`` says, and while smaller bodies crowd in its cells they get a level of their own.
+    A given ``side`` is the side of the finest level, and each wider body is at home in the first level whose
+    cells are not narrower than the body. Otherwise the coarsest level has the width of the widest body, or
+    the width by ``SPACING``; while smaller bodies crowd in its cells, they get a separate level.
     """
     if not len(scene):
         return [side or 1.0]
@@ -385,9 +385,9 @@ def sides_for(scene: Scene, side: float | None) -> list[float]:
 
 
 def table_size(scene: Scene, side: float) -> tuple[int, int]:
-    """Returns columns and rows of the table of a level: three at least, so that nine cells are nine.
+    """Returns columns and rows of the table of a level: at least three, so nine cells are different.
 
-    Where the plane is wound up both are odd, so that bodies on a lattice hardly ever fall on each other.
+    If the plane is wrapped, both are odd, so bodies on a lattice seldom share a place.
     """
     most = MOST * len(scene) + 9
     if scene.arena is not None:
@@ -424,7 +424,7 @@ def empty(scene: Scene, sides: list[float], size: Callable[..., tuple[int, int]]
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Finds every body's present cell; the cells become wider if the skin needs it.
+    """Computes every body's present cell; widens the cells if the skin needs it.
 
     The present bodies do not determine the width: a wider one may be inserted later.
     """
@@ -444,10 +444,10 @@ def clear(s: State) -> None:
 
 
 def cells_of(grid: Records, x: Any, y: Any) -> Any:
-    """Returns what ``cell_of`` does, for many at once."""
+    """Returns the values of ``cell_of`` for arrays."""
     return grid.first + np.mod(x + y * grid.columns, grid.cells).astype(np.int64)
 
 
 def cells_on_torus(grid: Records, x: Any, y: Any) -> Any:
-    """Returns what ``cell_on_torus`` does, for many at once."""
+    """Returns the values of ``cell_on_torus`` for arrays."""
     return (np.mod(x, grid.columns) + np.mod(y, grid.rows) * grid.columns).astype(np.int64)

@@ -1,15 +1,15 @@
-"""The hooks where an axis is periodic: one level of cells, whose columns or rows go round.
+"""The hooks for a periodic axis: one level of cells, whose columns or rows are cyclic.
 
-Along a periodic axis a whole number of cells fits into the period, so cells are wide and high as the two axes
-want it. A body keeps its *unwrapped* column and row: whole numbers that only a crossing changes, by one. So
-it does not matter to the cells where the kernel takes a period off a place: the column that belongs to the
-place is the unwrapped one less ``kx`` rounds. In the table a column is at its remainder.
+Along a periodic axis a whole number of cells fits into the period, so the width and the height of cells may
+differ. A body keeps its *unwrapped* column and row: whole numbers that only a crossing changes, by one. So
+the kernel may subtract a period from a place at any time: the column of the place is the unwrapped column
+less ``kx`` rounds. In the table a column is at its remainder.
 
-Nine cells are around a cell, three where there is one column or one row. Up to three columns would all be
-adjacent to each other, and a crossing between them would bring no newcomers: then there is one, which no
-body leaves. (In a long, thin torus a body goes round the short axis thousands of times between two contacts.)
+The neighbourhood of a cell is nine cells, or three with one column or one row. Up to three columns would all
+adjoin, and a crossing between them would have no newcomers. Then the table has one column, which no body
+leaves. (In a long, thin torus a body rounds the short axis thousands of times between two contacts.)
 
-An axis that is not periodic has a column more than the arena, as in ``layout.py``: its ends are apart.
+An axis that is not periodic has one more column than the arena, as in ``layout.py``: its ends do not adjoin.
 """
 
 import math
@@ -33,7 +33,7 @@ watch, build, near, repair, enter = (_hooks[name] for name in ("watch", "build",
 
 
 def size(scene: Scene, side: float) -> tuple[int, int]:
-    """Returns columns and rows of cells that are about so wide, in a scene with a periodic axis."""
+    """Returns columns and rows of cells of about this side, in a scene with a periodic axis."""
     found = []
     for length, period in zip(scene.arena or (0.0, 0.0), scene.periods, strict=True):
         most = math.isqrt(layout.MOST * len(scene) + 9)
@@ -43,12 +43,12 @@ def size(scene: Scene, side: float) -> tuple[int, int]:
 
 
 def useful(cells: int) -> int:
-    """Returns the number of cells along an axis where ``cells`` would fit: one in place of up to three."""
+    """Returns the number of cells along an axis with room for ``cells``: one instead of up to three."""
     return cells if cells > 3 else 1
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Finds every body's present cell; cells are as wide as the periods and the skin need."""
+    """Computes every body's present cell; sets the sides that the periods and the skin need."""
     grid, torus = s.levels[0], k.clock[0].torus
     least = float(layout.least_side(grid.widest, k.clock[0].limits.skin)) * layout.ABOVE
     wanted = max(float(grid.side), least)

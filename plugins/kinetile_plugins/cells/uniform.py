@@ -1,4 +1,4 @@
-"""The hooks where one level of cells serves all bodies: the usual case, and the fastest."""
+"""The hooks for one level of cells: the usual case, and the fastest."""
 
 import math
 
@@ -17,13 +17,13 @@ from kinetile_plugins.cells.layout import (
 )
 
 FETCHED = 2
-"""Bodies of a cell that are prefetched, there or not: to read how many would be a branch that is as good as
-random."""
+"""Bodies of a cell that are prefetched, present or not: reading their number would be a branch that is as
+good as random."""
 
 
 @hook
 def edge(grid: Records, side: float, cell: float, speed: float) -> float:
-    """Returns where a body leaves a column or row: beyond the edge ahead of it, by the slack."""
+    """Returns the coordinate at which a body leaves a column or row: beyond the edge ahead, by the slack."""
     slack = grid.slack
     return float((cell + (1.0 if speed > 0.0 else 0.0)) * side + (slack if speed > 0.0 else -slack))
 
@@ -31,11 +31,11 @@ def edge(grid: Records, side: float, cell: float, speed: float) -> float:
 @unchecked
 @hook
 def watch(k: Kernel, s: State, body: int) -> None:
-    """Schedules when a body reaches an edge of its cell, and notes which; never before now.
+    """Schedules the tick at which a body reaches an edge of its cell, not before now; notes the edge.
 
-    Where its plan has it beyond the edge by a rounding already, that is now. Edges that it flies away
+    If by its plan it is beyond the edge already, by a rounding, the tick is now. Edges that it flies away
     from, or along, do not count, whatever its coordinates are. Directions are as good as random, and a
-    branch on one is mispredicted half of the time: all is computed, and then chosen.
+    branch on one is mispredicted half of the time: so all cases are computed, and one is chosen.
     """
     plan = k.bodies[body]
     home = s.homes[body]
@@ -65,7 +65,7 @@ def watch(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Puts every body into its cell, which ``arrange`` has found, and watches it."""
+    """Puts every body into its cell from ``arrange``, and watches it."""
     for body in range(k.clock[0].bodies):
         put_home(s, body)
         watch(k, s, body)
@@ -81,7 +81,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """A body reaches an edge of its cell: those in the cells beyond the next one are newcomers."""
+    """Moves a body to its next cell; names the bodies in the cells beyond that as newcomers."""
     right, up = go_over(s, body)
     watch(k, s, body)
     return int(list_ahead(k, s, 0, s.homes[body].cell, right, up, 0))
@@ -98,7 +98,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @hook
 def fetch_around(k: Kernel, s: State, level: int, cell: int, stage: int) -> None:
     """Prefetches the three rows of cells around one, two cache lines each; in stage 2 the bodies in them.
-    Cells at an end of the table are left out."""
+    Skips cells at an end of the table."""
     columns = s.levels[level].columns
     for row in range(-1, 2):
         left = cell + row * columns - 1

@@ -1,10 +1,10 @@
 """Power: a kinetic regular triangulation, of discs that do not pass through each other.
 
-A body is near those to which it has an edge, and all that can happen is that an edge flips (docs/cells.md has
-the proofs; radii there are reaches here). There are at most 3n + 5 edges and never a parameter.
+A body is near all bodies that it has an edge to, and the only event is the flip of an edge (docs/cells.md has
+the proofs; radii there are reaches here). There are at most 3n + 5 edges and no parameters.
 
-Files: ``web`` the stored structure; ``certificates`` when edges fail; ``events`` flips, insertion, removal;
-``audit`` every invariant, slowly. This file has the class, and the drawing.
+Files: ``web`` the stored structure; ``certificates`` the ticks of failing edges; ``events`` flips, insertion,
+removal; ``audit`` every invariant, slowly. This file has the class, and the drawing.
 """
 
 import math
@@ -34,8 +34,8 @@ from .events import build, enter, leave, repair
 from .web import CORNERS, PER_LENGTH, UNIT, State, empty, near, slots, start, succ
 
 THINNEST = 2.0**-14
-"""The smallest radius, by the arena's longer side: rounding may make 2^-39 of a power, and theta, which is
-more, is at most 2^-10 of the square of the radius."""
+"""The smallest radius, in units of the arena's longer side: rounding may add 2^-39 to a power, and theta,
+which is more, is at most 2^-10 of the square of the radius."""
 
 
 def arrange(k: Kernel, s: State) -> None:
@@ -48,14 +48,14 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 def between_bodies(s: State) -> Integers:
-    """Returns a half-edge of each edge between two bodies: that of its owner."""
+    """Returns the owner's half-edge of each edge between two bodies."""
     h = np.flatnonzero((s.org >= 0) & (s.twin >= 0))
     a, b = s.org[h], s.org[s.twin[h]]
     return np.asarray(h[(a < b) & (b < slots(s))])
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields the triangles between bodies, each with the tick at which the first of its own edges fails, the
+    """Yields the triangles between bodies, each with the tick of the first of its own edges to fail, the
     pairs of bodies that have an edge, and the edge that fails first, perhaps to a far point."""
     n = slots(s)
     corners, due = s.org.reshape(-1, 4)[:, :3], s.due.reshape(-1, 4)[:, :3].min(axis=1)
@@ -75,8 +75,8 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
 
 
 def draw_cells(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields what ``draw`` does, and the sides of the power cells, which do not move until the next event: a
-    side leads from the point of equal powers over the corners of one triangle to that of the next."""
+    """Yields the items of ``draw``, and the sides of the power cells, which are drawn fixed until the next
+    event. A side joins the points of equal powers over the corners of two adjoining triangles."""
     yield from draw(k, s)
     place = np.column_stack([s.far_x, s.far_y])
     place[: slots(s)] = positions_now(k)[: slots(s)] * s.scale[PER_LENGTH]
@@ -95,7 +95,7 @@ class Power:
     """A kinetic regular triangulation: pairs of bodies whose regions of least power adjoin.
 
     Args:
-        cells: whether drawings have the power cells as well.
+        cells: True for drawings with the power cells as well.
     """
 
     def __init__(self, cells: bool = False) -> None:

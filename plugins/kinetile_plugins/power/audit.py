@@ -1,8 +1,8 @@
 """Audit of the triangulation: every invariant, checked slowly, between two events.
 
 Structure is checked exactly: twins, turns around each site, ticks and their owners. Places are checked up to
-what the certificates allow: no triangle is turned over, and no site is more than theta below the plane of a
-triangle beside it, now and at times up to the tick at which its edge is said to fail.
+the tolerance of the certificates: no triangle is turned over, and no site is more than theta below the plane
+of a triangle beside it, now and at times up to the noted tick of its edge.
 """
 
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ def _edge(s: State, h: int) -> str:
 
 
 def _structure(s: State, there: Integers, h: Integers, a: Integers, b: Integers) -> Iterator[str]:
-    """Triangles of bodies that are there, glued edge to edge, once around each."""
+    """Yields faults of the triangles: corners are present bodies, edges are glued, turns are closed."""
     n, twin = slots(s), s.twin[h]
     if len(h) != 6 * len(there) + 6 or (np.bincount(h >> 2) % 3).any():
         yield f"there are {len(h)} half-edges in use, and {6 * len(there) + 6} for {len(there)} bodies"
@@ -64,7 +64,7 @@ def _structure(s: State, there: Integers, h: Integers, a: Integers, b: Integers)
 
 
 def _ticks(k: Kernel, s: State, there: Integers, h: Integers, owned: Integers) -> Iterator[str]:
-    """Each edge is watched at one of its half-edges, and its owner is queued for the first of its own."""
+    """Yields each edge that is watched at a wrong half-edge, and each owner with a wrong queue entry."""
     due, now = s.due[h], k.clock[0].now
     for each in np.setdiff1d(h[due != NEVER], owned):
         yield f"{_edge(s, each)} is watched for a body that does not own it"
@@ -78,7 +78,7 @@ def _ticks(k: Kernel, s: State, there: Integers, h: Integers, owned: Integers) -
 
 
 def _places(k: Kernel, s: State, there: Integers, h: Integers, sites: Integers) -> Iterator[str]:
-    """No triangle is turned over, and certificates hold until their ticks."""
+    """Yields each triangle that is turned over, and a certificate that does not hold until its tick."""
     scale, now = s.scale, k.clock[0].now
     place, speed = np.column_stack([s.far_x, s.far_y]), np.zeros((len(s.first), 2))
     anchor, weight = np.full(len(s.first), -(2**62)), np.zeros(len(s.first))

@@ -1,16 +1,16 @@
-"""Certificates of the edges: when the triangulation stops to be regular.
+"""Certificates of the edges: the ticks at which the triangulation stops being regular.
 
 An edge ab with c on its left and d on its right has one certificate: the lifted d is less than theta below
 the plane of a, b and c (docs/cells.md). Twice the area of the triangle times that depth is a determinant of
-three rows. All is computed relative to a body, so that a far point costs no digits: to a; or, where a body
-has another plan, to that one, which is an end of some edges and beside the others. What rounding can make of
-the determinant is taken off it, so what is said to fail has failed.
+three rows. All is computed relative to a body, so a far point costs no digits: relative to a; or, if a body's
+plan changed, to that body, which is an end of some edges and opposite to the others. The largest rounding
+error is subtracted from the determinant, so each reported failure is real.
 
-A certificate need not be computed to its root. ``first_rise`` gives a lower bound; when that comes, a site
-that is less than half of theta below is watched again, and else the edge flips (``events``).
+A certificate need not be computed to its root. ``first_rise`` gives a lower bound. At this bound, a site that
+is less than half of theta below is watched again; otherwise the edge flips (``events``).
 
 An edge is watched for the body that *owns* it: its end with the smaller number, hence never a far point. Its
-tick is kept at the half-edge that begins at the owner, and the twin has ``NEVER``.
+tick is stored at the half-edge that begins at the owner, and the twin has ``NEVER``.
 """
 
 from typing import NamedTuple
@@ -47,8 +47,8 @@ from kinetile.toolbox.lanes import (
 from .web import PER_LENGTH, THETA, UNIT, State, around, pred, slots, succ
 
 NOISE = 2.0**-47
-"""What rounding can make of a determinant, in products of the sizes of its rows; with room of more than
-two."""
+"""The largest rounding error of a determinant, in products of the sizes of its rows; with a factor of more
+than two to spare."""
 
 
 class Spot(NamedTuple):
@@ -62,8 +62,8 @@ class Spot(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A row of eight determinants: place, velocity and height relative to a, as polynomials in time, and a
-    |x| + |y| of both."""
+    """A row of eight determinants: place, velocity and height relative to a, as polynomials in time; and
+    |x| + |y| of place and velocity."""
 
     x0: Floats
     x1: Floats
@@ -88,10 +88,10 @@ class Sites(NamedTuple):
 
 @hook
 def spot(k: Kernel, s: State, site: int) -> Spot:
-    """Returns where a site is, and how far it flies in this tick.
+    """Returns the position of a site, and its flight in this tick.
 
-    The two are not added: what a place is rounded by is more than a flight, and between close sites more than
-    rounding can make of a determinant.
+    The two are not added: the rounding of a place is more than a flight, and between close sites more than
+    the rounding error of a determinant.
     """
     if site >= slots(s):
         return Spot(s.far_x[site], s.far_y[site], 0.0, 0.0, 0.0)
@@ -106,7 +106,7 @@ def spot(k: Kernel, s: State, site: int) -> Spot:
 
 @hook
 def way(a: Spot, b: Spot) -> tuple[float, float]:
-    """Returns the way from a to b at the end of this tick."""
+    """Returns the vector from a to b at the end of this tick."""
     return (b.x - a.x) + (b.flight_x - a.flight_x), (b.y - a.y) + (b.flight_y - a.flight_y)
 
 
@@ -120,8 +120,8 @@ def turn(a: Spot, b: Spot, c: Spot) -> float:
 
 @hook
 def sunk(o: Spot, a: Spot, b: Spot, c: Spot) -> float:
-    """Returns how deep o is below the plane of a, b, c, counter-clockwise, times twice their area; less what
-    rounding can make of it."""
+    """Returns the depth of o below the plane of a, b, c, counter-clockwise, times twice their area; less the
+    rounding error."""
     ax, ay = way(o, a)
     bx, by = way(o, b)
     cx, cy = way(o, c)
@@ -137,8 +137,8 @@ def sunk(o: Spot, a: Spot, b: Spot, c: Spot) -> float:
 
 @hook
 def fails(k: Kernel, s: State, h: int, theta: float) -> bool:
-    """Whether the site beyond an edge is surely more than theta below the plane of the triangle, of whose
-    corners the first or the last is a body."""
+    """Returns True if the site beyond an edge is surely more than theta below the plane of the triangle. The
+    first or the last corner of the triangle is a body."""
     g = s.twin[h]
     if g < 0:
         return False
@@ -151,7 +151,7 @@ def fails(k: Kernel, s: State, h: int, theta: float) -> bool:
 
 @hook
 def by_scale(k: Kernel, s: State, x: Floats, y: Floats, vx: Floats, vy: Floats, weight: Floats) -> Sites:
-    """Returns where eight bodies are now and their weights, by the scale, from their rows of places."""
+    """Returns the present positions of eight bodies and their weights, by the scale, from rows of places."""
     length = spread(s.scale[PER_LENGTH])
     speed = length * spread(s.scale[UNIT])
     x, y = position_after(Plan(x, y, vx, vy), spread(since_origin(k, k.clock[0].now)))
@@ -160,7 +160,7 @@ def by_scale(k: Kernel, s: State, x: Floats, y: Floats, vx: Floats, vy: Floats, 
 
 @hook
 def eight_sites(k: Kernel, s: State, at: int) -> Sites:
-    """Returns eight sites of those that are named, from one place on."""
+    """Returns eight of the named sites, from one place on."""
     weight = pick(s.weight, s.sites, at)
     x, y, vx, vy, _ = by_scale(k, s, *places(k.places, s.plans, at), weight)
     zero = spread(0.0)
@@ -194,12 +194,12 @@ def row(a: Sites, b: Sites, lift: Floats) -> Row:
 
 @hook
 def failures(k: Kernel, b: Row, c: Row, d: Row) -> Ticks:
-    """Returns bounds of when eight edges fail, by the rows of b, c and d relative to a, for the edge ab.
+    """Returns lower bounds of the ticks at which eight edges ab fail, by the rows b, c, d relative to a.
 
-    The determinant only changes its sign if two sites are exchanged, so a may be c, b and c then a and b.
+    Exchanging two sites only changes the determinant's sign, so a may be c, if b and c are then a and b.
     """
-    # the minors of two rows, times the height of the third; in the order of a determinant whose sign is that
-    # of the depth, since a is the site from which all is counted
+    # the minors of two rows, times the height of the third, in an order that gives the determinant the sign
+    # of the depth, since all rows are relative to a
     cb0 = c.x0 * b.y0 - b.x0 * c.y0
     cb1 = c.x0 * b.y1 + c.x1 * b.y0 - b.x0 * c.y1 - b.x1 * c.y0
     cb2 = c.x1 * b.y1 - b.x1 * c.y1
@@ -223,7 +223,7 @@ def failures(k: Kernel, b: Row, c: Row, d: Row) -> Ticks:
 
 @hook
 def owned(s: State, h: int) -> int:
-    """Returns the half-edge at which an edge is watched; NOBODY for one between two far points."""
+    """Returns the watched half-edge of an edge; NOBODY for an edge between two far points."""
     a = s.org[h]
     b = s.org[succ(h)]
     if smaller(a, b) >= slots(s):
@@ -233,7 +233,7 @@ def owned(s: State, h: int) -> int:
 
 @hook
 def enlist(s: State, count: int, h: int) -> int:
-    """Adds the edge of a half-edge to those to be watched; returns how many there are then."""
+    """Adds the edge of a half-edge to the list of edges to be watched; returns its new length."""
     own = owned(s, h)
     s.listed[count] = own
     return count + 1 if own >= 0 else count
@@ -241,7 +241,7 @@ def enlist(s: State, count: int, h: int) -> int:
 
 @hook
 def reschedule(k: Kernel, s: State, site: int) -> None:
-    """Queues a body for the first of the edges that it owns to fail."""
+    """Queues a body for the first failure of the edges that it owns."""
     if site >= slots(s):
         return
     least = NEVER
@@ -256,7 +256,7 @@ def reschedule(k: Kernel, s: State, site: int) -> None:
 
 @hook
 def note(k: Kernel, s: State, h: int, site: int, tick: int) -> None:
-    """Notes when an edge fails, at its owner's half-edge, and queues the owner."""
+    """Notes the tick at which an edge fails, at its owner's half-edge, and queues the owner."""
     old = s.due[h]
     s.due[h] = tick
     if tick <= k.queue[site].certificate:
@@ -267,7 +267,7 @@ def note(k: Kernel, s: State, h: int, site: int, tick: int) -> None:
 
 @hook
 def watch(k: Kernel, s: State, count: int) -> None:
-    """Watches the edges that are listed, eight at a time; of the last ones other lanes are what they were."""
+    """Watches the listed edges, eight at a time; unused lanes of the last eight keep old values."""
     last = slots(s) - 1
     for begin in range(0, count, 8):
         many = smaller(8, count - begin)
@@ -290,8 +290,8 @@ def watch(k: Kernel, s: State, count: int) -> None:
 
 @hook
 def ring(s: State, body: int) -> int:
-    """Lists the half-edges around a body, the sites at their ends, and those beyond the edges between these,
-    and then the first eight again; returns how many there are."""
+    """Lists the half-edges around a body, the sites at their ends, and the sites beyond the edges between
+    these; then the first eight again. Returns their number, without the repeated ones."""
     far = len(s.sites) // 2
     last = slots(s) - 1
     h = int(s.first[body])
@@ -299,7 +299,7 @@ def ring(s: State, body: int) -> int:
     for _ in range(len(s.first)):
         e = succ(h)
         site = s.org[e]
-        beyond = s.org[pred(larger(s.twin[e], 0))]  # if there is none, between two far points, any will do
+        beyond = s.org[pred(larger(s.twin[e], 0))]  # without one, between two far points: any site
         s.spokes[degree] = h
         s.sites[degree] = site
         s.plans[degree] = smaller(site, last)
@@ -317,13 +317,13 @@ def ring(s: State, body: int) -> int:
 
 @hook
 def lifted(one: Row, lift: Floats) -> Row:
-    """Returns rows of sites that are lifted."""
+    """Returns the rows of lifted sites."""
     return Row(one.x0, one.x1, one.y0, one.y1, one.h0 + lift, one.h1, one.h2, one.size, one.speed)
 
 
 @hook
 def ahead(one: Row) -> Row:
-    """Returns the rows of the sites that follow, in a ring of eight."""
+    """Returns the rows of the next sites, in a ring of eight."""
     return Row(
         followed(one.x0),
         followed(one.x1),
@@ -340,11 +340,11 @@ def ahead(one: Row) -> Row:
 @unchecked
 @hook
 def watch_around(k: Kernel, s: State, body: int) -> None:
-    """Watches the edges of which a body is an end or opposite to, all of them relative to the body.
+    """Watches the edges that end at a body or are opposite to it, all of them relative to the body.
 
-    Of the ring of sites around it, three in a row are an edge of the body, to the second, and what is on both
-    sides of it; two in a row and the site beyond are an edge of the ring. The lanes hold eight of the ring,
-    which goes on with its first: enough for six edges of either kind, or for a ring of eight.
+    In the ring of sites around it, three sites in a row are an edge of the body, to the second site, and the
+    sites on both sides of this edge. Two sites in a row and the site beyond are an edge of the ring. The
+    lanes hold eight sites of the cyclic ring: enough for six edges of either kind, or for a ring of eight.
     """
     n = slots(s)
     degree = ring(s, body)

@@ -1,8 +1,8 @@
-"""Changes of the triangulation: an edge that fails flips, and bodies are inserted and removed.
+"""Changes of the triangulation: a failing edge flips, and bodies are inserted and removed.
 
-A body is inserted into the triangle in which its centre lies, which it divides in three; then the edges
-around it flip that fail. A removal is the reverse: its edges flip in the order in which they would if its
-point was raised over the lifted surface, until three are left.
+A body is inserted into the triangle that contains its centre, and divides it into three; then the failing
+edges around it flip. A removal is the reverse: the body's edges flip in the same order as if its point was
+raised over the lifted surface, until three are left.
 """
 
 from kinetile.toolbox import Kernel, hook, offer, unchecked
@@ -13,7 +13,7 @@ from .web import PER_LENGTH, THETA, State, around, flip, merge, pred, slots, spl
 
 @hook
 def flip_and_offer(k: Kernel, s: State, h: int) -> None:
-    """Flips an edge, and offers the two ends that it has then, if they are bodies."""
+    """Flips an edge, and offers its two new ends, if they are bodies."""
     flip(s, h)
     if s.org[h] < slots(s) and s.org[s.twin[h]] < slots(s):
         offer(k, s.org[h], s.org[s.twin[h]])
@@ -22,7 +22,7 @@ def flip_and_offer(k: Kernel, s: State, h: int) -> None:
 @unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """An edge of a body fails, or has come to its bound: it flips, or is watched again."""
+    """Flips an edge of a body at its scheduled tick if it fails; otherwise watches it again."""
     h = int(s.first[body])
     for _ in range(len(s.first)):
         if s.due[h] == k.queue[body].certificate:
@@ -43,7 +43,7 @@ def repair(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def locate(k: Kernel, s: State, body: int) -> int:
-    """Returns the triangle of a body's centre: by a walk that is random between two ways, so that it ends."""
+    """Returns the triangle of a body's centre, by a walk; random choices between two ways make it end."""
     x = spot(k, s, body)
     t = int(s.first[slots(s)]) >> 2
     for step in range(len(s.org)):
@@ -60,9 +60,9 @@ def locate(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def insert(k: Kernel, s: State, body: int) -> None:
-    """Takes a body into the triangulation; nothing is watched yet.
+    """Inserts a body into the triangulation; nothing is watched yet.
 
-    ``left`` counts the edges opposite to the body that may fail: a flip leaves two in the place of one.
+    ``left`` counts the edges opposite to the body that may fail: a flip replaces one of them by two.
     """
     split(s, locate(k, s, body), body)
     h = int(s.first[body])
@@ -134,6 +134,6 @@ def leave(k: Kernel, s: State, body: int) -> None:
     for i in range(links):
         count = enlist(s, count, s.listed[i])
     watch(k, s, count)
-    for i in range(count):  # some edges are others than before: both ends are queued
+    for i in range(count):  # some edges have new ends: both ends are queued
         reschedule(k, s, s.org[s.listed[i]])
         reschedule(k, s, s.org[s.twin[s.listed[i]]])

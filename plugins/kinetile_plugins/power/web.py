@@ -1,9 +1,9 @@
-"""The triangulation: what ``power`` stores, and the changes that keep it one.
+"""The triangulation: the stored structure of ``power``, and the changes that keep it a triangulation.
 
-Its vertices are the *sites*: the bodies, by their slots, and behind them four points that do not move, far
-outside of the arena, whose square is the hull. A triangle has three half-edges, from site to site with the
-triangle on the left. That of triangle t are 4t, 4t + 1 and 4t + 2, and the place 4t + 3 is not used. The
-half-edge on the other side of an edge is its twin; those of the hull have none. There are 2n + 2 triangles.
+Its vertices are the *sites*: the bodies, by their slots, and behind them four fixed points far outside of the
+arena, whose square is the hull. A triangle has three half-edges, from site to site with the triangle on the
+left. The half-edges of triangle t are 4t, 4t + 1 and 4t + 2; the place 4t + 3 is not used. The half-edge on
+the other side of an edge is its twin; half-edges of the hull have no twin. There are 2n + 2 triangles.
 """
 
 from typing import NamedTuple
@@ -17,30 +17,30 @@ CORNERS = 4
 
 
 class State(NamedTuple):
-    """The triangulation of m sites, m - 4 of them slots for bodies, and what is watched."""
+    """The triangulation of m sites, m - 4 of them slots for bodies, and the certificates of its edges."""
 
-    org: Records  # (8 m,) the site at which a half-edge begins; of a triangle that is not used, NOBODY
-    # (8 m,) the half-edge on the other side, or NOBODY; of a triangle that is not used the next such one
+    org: Records  # (8 m,) the site at which a half-edge begins; in an unused triangle, NOBODY
+    # (8 m,) the half-edge on the other side, or NOBODY; in an unused triangle, the next unused one
     twin: Records
-    due: Records  # (8 m,) when the certificate of an edge fails, at its owner's half-edge; else NEVER
+    due: Records  # (8 m,) the tick of an edge's certificate, at its owner's half-edge; else NEVER
     first: Records  # (m,) a half-edge that begins at a site
     weight: Records  # (m,) the squares of reaches, by the scale; 0 of far points
     far_x: Records  # (m,) the places of far points, by the scale; 0 of bodies
     far_y: Records
-    order: Records  # (m,) the bodies in the order in which the first triangulation takes them
+    order: Records  # (m,) the bodies in the order of insertion into the first triangulation
     spokes: Records  # (m + 16,) half-edges around a site
     listed: Records  # (3 m + 16,) half-edges to be watched
     # (2 m + 32,) a, b, c and d of eight edges: a to b, with c on the left and d on the right; or the sites
-    # around one, and from the middle on those beyond the edges between these
+    # around a site, and from the middle on the sites beyond the edges between them
     sites: Records
-    plans: Records  # (2 m + 32,) the same, with a body in the place of far points
-    unused: Records  # (1,) the first triangle that is not used
+    plans: Records  # (2 m + 32,) the same, with a body instead of far points
+    unused: Records  # (1,) the first unused triangle
     scale: Records  # (3,) see below
 
 
 PER_LENGTH, UNIT, THETA = range(3)
-"""What is in ``scale``: what lengths are multiplied by, a power of two, so that the arena's longer side is
-about 1; a unit of the clock in the scene's time; and how far a site may be below a plane, by the scale."""
+"""The entries of ``scale``: the factor of lengths, a power of two, which makes the arena's longer side about
+1; a unit of the clock in the scene's time; and the depth that a site may be below a plane, by the scale."""
 
 
 def empty(bodies: int) -> State:
@@ -65,7 +65,7 @@ def empty(bodies: int) -> State:
 
 
 def start(s: State) -> None:
-    """Makes the square of the far points, in two triangles, with all others not used."""
+    """Makes the square of the far points, in two triangles; all other triangles are unused."""
     n = slots(s)
     s.org[:], s.due[:] = NOBODY, NEVER
     s.twin[:] = NOBODY
@@ -79,7 +79,7 @@ def start(s: State) -> None:
 
 @hook
 def slots(s: State) -> int:
-    """Returns how many slots for bodies there are: the number of the first far point."""
+    """Returns the number of slots for bodies, which is also the number of the first far point."""
     return len(s.first) - CORNERS
 
 
@@ -104,7 +104,7 @@ def around(s: State, h: int) -> int:
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names the bodies to which a body has an edge."""
+    """Names the bodies at the other ends of a body's edges."""
     n = slots(s)
     count = 0
     h = int(s.first[body])
@@ -137,15 +137,15 @@ def lay(s: State, h: int, a: int, b: int, c: int) -> None:
 
 @hook
 def move(s: State, h: int, to: int) -> None:
-    """Gives another half-edge the twin and the tick of one."""
+    """Moves the twin and the tick of a half-edge to another half-edge."""
     join(s, to, int(s.twin[h]))
     s.due[to] = s.due[h]
 
 
 @hook
 def flip(s: State, h: int) -> None:
-    """Turns an edge within its two triangles: from a to b, with c on the left and d on the right, it becomes
-    that from d to c, with a on the left and b on the right."""
+    """Turns an edge within its two triangles: the edge from a to b, with c on the left and d on the right,
+    becomes the edge from d to c, with a on the left and b on the right."""
     g = int(s.twin[h])
     a = s.org[h]
     b = s.org[g]
@@ -189,7 +189,7 @@ def split(s: State, t: int, body: int) -> None:
 
 @hook
 def merge(s: State, h: int) -> None:
-    """Makes one triangle of the three around the body at which a half-edge begins."""
+    """Merges the three triangles around the body at the beginning of a half-edge."""
     two = around(s, h)
     three = around(s, two)
     a = s.org[succ(h)]

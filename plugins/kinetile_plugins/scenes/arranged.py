@@ -1,6 +1,6 @@
 """Hand-made scenes: the worst cases of the thesis, and small scenes with known answers. The thesis draws its
-worst cases (figures 10, 11 and 16), in which a broad phase excludes little or nothing, without coordinates;
-these are discs that show what its captions say. Figures 11 and 16 come apart as they move."""
+worst cases (figures 10, 11 and 16) without coordinates: a broad phase excludes little or nothing there. These
+discs have the properties of its captions. The worst cases of figures 11 and 16 end as their discs move."""
 
 import math
 from fractions import Fraction
@@ -14,10 +14,10 @@ from kinetile_plugins.scenes.numerics import Draws, demand, demand_number, draws
 
 
 def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
-    """A row of touching discs, struck at one end: as many leave at the other end as came.
+    """A row of touching discs, struck at one end: as many leave at the other end as strike.
 
-    Newton's cradle, lying down: what leaves comes back from the wall and strikes again. All contact times are
-    exact.
+    Newton's cradle, lying down: the leaving discs return from the wall and strike again. All contact times
+    are exact.
 
     Args:
         bodies: the number of discs
@@ -36,10 +36,10 @@ def cradle(*, bodies: int = 5, moving: int = 1) -> Scene:
 
 
 def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
-    """A billiard break: the cue ball runs into fifteen balls racked in a touching triangle.
+    """A billiard break: the cue ball strikes fifteen balls racked in a touching triangle.
 
     Metres, seconds and kilograms: the cushions are 2.54 by 1.27, a ball has a diameter of 57.15 mm. There is
-    no friction. With no angle all is symmetric, and contacts that share a ball fall on one instant.
+    no friction. With angle 0 all is symmetric, and contacts that share a ball are simultaneous.
 
     Args:
         speed: of the cue ball, in metres per second
@@ -59,9 +59,9 @@ def billiard_break(*, speed: float = 8.0, aim: float = 0.0) -> Scene:
 def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
     """Two discs in the unit square, at a random point of their energy surface: mean rates are known exactly.
 
-    The places are drawn evenly from all that do not overlap, the velocities from all whose squares add up to
-    2. The mean times between contacts, and between contacts with a wall, are those of the microcanonical
-    ensemble (Zapfe, Sanders and Rodríguez-Mota, arXiv:1908.04749).
+    The places are drawn uniformly from all places without overlap, the velocities from all velocities whose
+    squares add up to 2. The microcanonical ensemble gives the mean times between contacts, and between
+    contacts with a wall (Zapfe, Sanders and Rodríguez-Mota, arXiv:1908.04749).
 
     Args:
         radius: of both, above 0 and at most 0.25
@@ -83,8 +83,8 @@ def two_discs(*, radius: float = 0.15, seed: int = 1) -> Scene:
 
 
 def _in_unit_disc(random: Draws) -> tuple[Floats, float]:
-    """Returns a random point of the unit disc, not its centre, and the square of its distance from it: two of
-    them make a random point of the sphere in four dimensions (Marsaglia, 1972)."""
+    """Returns a random point of the unit disc, not its centre, and the square of its distance from the
+    centre. Two such points make a random point of the sphere in four dimensions (Marsaglia, 1972)."""
     while True:
         point = 2.0 * random.uniform(2) - 1.0
         square = float(point[0] * point[0] + point[1] * point[1])
@@ -100,8 +100,8 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
     """Figure 10: sweep and prune in one dimension excludes no pair.
 
     A column of equal discs with one common x, moving up and down. All intervals on the x-axis overlap, and
-    since every contact is along the column, they do so for ever: sweep and prune along x has all n (n - 1) /
-    2 pairs, along y only those that are next to each other.
+    every contact is along the column, so they always overlap: sweep and prune along x has all n (n - 1) / 2
+    pairs, and along y only adjacent pairs.
 
     Args:
         bodies: the number of discs
@@ -120,12 +120,12 @@ def figure_10(*, bodies: int = 16, speed: float = 1.0, seed: int = 1) -> Scene:
 def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
     """Figure 11: axis-aligned bounding boxes exclude no pair, though no discs touch.
 
-    Every box holds the origin. The k-th disc of a quadrant has the radius r = 0.16**k and its centre at (0.98
-    r, 0.98 r), a little nearer to the axes than its edge; discs that shrink at least as fast as (sqrt(2) - 1)
-    / (sqrt(2) + 1) = 0.17 do not overlap. Two opposite quadrants are filled (in neighbouring ones two of
-    similar size would overlap). There are no walls; velocities are proportional to the radii, so that all
-    sizes part in the same time. Radii stay above 2**-200, the smallest that a scene may have, for 152 bodies.
-    A run needs bodies that are large against the rounding of its largest coordinates, which about 20 are.
+    Every box contains the origin. The k-th disc of a quadrant has the radius r = 0.16**k and its centre at
+    (0.98 r, 0.98 r), closer to the axes than r. Discs that shrink at least as fast as (sqrt(2) - 1) /
+    (sqrt(2) + 1) = 0.17 do not overlap. Two opposite quadrants are filled (in neighbouring quadrants two
+    discs of similar size would overlap). There are no walls; velocities are proportional to the radii, so all
+    sizes part in the same time. The radii of 152 bodies are above 2**-200, the least in a scene. A run needs
+    bodies much larger than the rounding of its largest coordinates: about 20 are.
 
     Args:
         bodies: the number of discs, from 1 to 152
@@ -144,9 +144,9 @@ def figure_11(*, bodies: int = 20, speed: float = 1.0, seed: int = 1) -> Scene:
 def figure_16(*, bodies: int = 21, speed: float = 0.1, seed: int = 1) -> Scene:
     """Figure 16: one wide disc is paired with every other in a tiling, and sweep and prune has O(n^2) pairs.
 
-    Under a wide disc the others stand one below the other, each a little to the right of the one above. So
-    all their intervals on the x-axis overlap, and a vertical line from each one's right end reaches the wide
-    disc unhindered.
+    The other discs are in a column under a wide disc, each slightly to the right of the one above. So all
+    their intervals on the x-axis overlap, and a vertical line from the right end of each disc reaches the
+    wide disc without meeting another.
 
     Args:
         bodies: the number of discs

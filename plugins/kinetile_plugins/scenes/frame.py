@@ -16,16 +16,16 @@ from kinetile.sources import check_regular, open_regular
 def frame(*, file: str, frame: int = -1, radius: float = 0.0, shrink: float = 0.0) -> Scene:
     """A frame of a file that ends in .xyz, .extxyz or .gsd: positions, velocities, radii, masses and arena.
 
-    Bodies are numbered in the order of the file; those of several types have them as kinds, in files of
-    kinetile whole numbers. Shapes are those of GSD's types, and for XYZ of NAME.shapes.json. What the file
-    does not have is 0 for velocities and 1 for masses. The walls are those of the box; for GSD, whose boxes
-    are always periodic, too.
+    Bodies are numbered in the order of the file. If they have several types, these are their kinds; in files
+    of kinetile, whole numbers. GSD's types define the shapes, for XYZ NAME.shapes.json. Without an entry in
+    the file velocities are 0 and masses 1. The box gives the walls; for GSD, whose boxes are always periodic,
+    too.
 
     Args:
         file: its name
         frame: counted from 0, or below 0 from the end
-        radius: of discs for which the file has none, a length
-        shrink: the share by which radii become smaller: in the single precision of GSD discs may overlap
+        radius: of discs without a radius in the file, a length
+        shrink: the share to subtract from radii: in the single precision of GSD discs may overlap
     """
     try:
         found = (_from_gsd if check_form(Path(file)) == ".gsd" else _from_xyz)(Path(file), frame)

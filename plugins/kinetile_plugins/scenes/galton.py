@@ -1,4 +1,4 @@
-"""Galton's board: balls fall among pegs, and count themselves below by the binomial law, nearly."""
+"""Galton's board: balls fall among pegs, and their numbers below follow nearly the binomial law."""
 
 import math
 
@@ -9,26 +9,26 @@ from kinetile_plugins.scenes.numerics import demand, demand_in_range, demand_num
 
 _PEG, _BALL = 0.15, 0.3
 _ASIDE = 0.02
-"""How far from the middle a ball starts at most: enough for it to fall to either side of the first peg."""
+"""The largest distance of a ball's start from the middle: it may fall to either side of the first peg."""
 
 _LASTS = 4.0
-"""For how long a ball is there, for each row and once more: of 10,000 at the default e all arrive."""
+"""The time of a ball in the scene, for each row and once more: all of 10,000 at the default e arrive."""
 
 
 def galton(*, rows: int = 8, balls: int = 40, e: float = 0.42, interval: float = 2.0, seed: int = 1) -> Scene:
-    """Galton's board: balls fall through rows of pegs, and each peg sends them half a place aside.
+    """Galton's board: balls fall through rows of pegs, and each peg deflects them by half a place.
 
-    Pegs are 1 apart, gravity is 1. A ball passes through the others, and is taken away at 4 (rows + 1) after
-    it has come; a run ends with the last one. Where it first meets the floor is a sum of ``rows`` steps of
-    1/2 to either side, nearly independent ones with e = 0.42 (docs/cookbook/gravity.py); with less balls
-    roll, and remember from which side they came.
+    The distance of pegs is 1, and gravity is 1. A ball passes through the others, and is removed at time 4
+    (rows + 1) after its insertion; a run ends with the last removal. The place of a ball's first contact with
+    the floor is a sum of ``rows`` steps of 1/2 to either side, nearly independent with e = 0.42
+    (docs/cookbook/gravity.py). With a smaller e balls roll, and steps depend on the side of the last one.
 
     Args:
         rows: of pegs, from 1 to 64
-        balls: how many fall, 1 or more
+        balls: the number of balls, 1 or more
         e: the share of its speed that a peg or a wall gives back, from 0 to 1
         interval: the time between two balls
-        seed: of the places from which they fall
+        seed: of the starting places of balls
     """
     demand(1 <= rows <= 64, f"rows is {rows}; a board has from 1 to 64")
     demand_number("balls", balls, 1, "a board has 1 ball or more")

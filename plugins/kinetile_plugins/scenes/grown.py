@@ -1,9 +1,9 @@
 """Dense random starts: discs that grow while they move.
 
 Random placement ends near a density of .5. Lubachevsky and Stillinger (1990, "Geometric properties of random
-disk packings") go beyond it with discs whose radii grow at a constant rate between their collisions. Here
-radii grow in steps between runs: two that would meet take half of the gap between them each. A step allows
-every disc the size of the smallest, relative to its final radius, and ``RATE`` more, so none stays small.
+disk packings") exceed it with discs whose radii grow at a constant rate between their collisions. Here radii
+grow in steps between runs: each of two discs that would touch grows by half of the gap between them. No disc
+becomes larger than the smallest, relative to final radii, times 1 + ``RATE``, so none stays small.
 """
 
 import math
@@ -20,16 +20,16 @@ from kinetile_plugins.scenes.numerics import demand, demand_in_range, draws
 from kinetile_plugins.scenes.random_discs import places
 
 START = 0.3
-"""Density of the random places from which the discs grow."""
+"""Density of the discs at random places, before they grow."""
 
 RATE = 0.005
-"""Part of its size by which a disc may become larger than the smallest, in one step."""
+"""The most that a disc may exceed the smallest after one step, as a part of the size."""
 
 SLOWEST = 2.0**-12
-"""Part of its final size by which the smallest disc has to grow within ``PATIENCE`` steps."""
+"""The least growth of the smallest disc within ``PATIENCE`` steps, as a part of its final size."""
 
 PATIENCE = 200
-_BELOW = 1.0 - 2.0**-30  # of half a gap: what rounding a sum of two radii may add
+_BELOW = 1.0 - 2.0**-30  # of half a gap: less than 1 by the rounding of a sum of two radii
 
 
 def grown(
@@ -45,10 +45,10 @@ def grown(
     periodic: str = "",
     seed: int = 1,
 ) -> Scene:
-    """Discs at a density that random places do not reach, grown to it while they move and collide.
+    """Discs denser than random places allow; they grow while they move and collide.
 
-    The discs begin at random places with a density of 0.3, and grow in steps. Equal discs become crystals in
-    patches; equal numbers of radii 0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn
+    The discs begin at random places with a density of 0.3, and grow in steps. Equal discs form patches of
+    crystal; equal numbers of radii 0.5 and 0.7 stay disordered, and reach about 0.84. Velocities are drawn
     again at the end.
 
     Args:
@@ -57,9 +57,9 @@ def grown(
         radii: of each size, lengths
         fractions: the part of each size, in proportion; left out, all are equal
         mass: equal (1) or area (in proportion to the square of the radius)
-        masses: instead of mass, that of each size
+        masses: instead of mass, the mass of each size
         temperature: the mean kinetic energy of a disc, above 0
-        contacts: how many each disc has after a step, in the mean: the more, the closer to equilibrium
+        contacts: the mean number of contacts of a disc after a step: the more, the closer to equilibrium
         periodic: axes along which discs grow into their images too: x, y or xy
         seed: of all that is drawn, a whole number from 0
     """
@@ -84,7 +84,7 @@ def grown(
 
 
 def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene:
-    """Returns the scene after it ran and grew by turns until each radius is the final one."""
+    """Returns the scene after alternate runs and growth until each radius is final."""
     moves = scene.mass[:, np.newaxis] * scene.velocity**2
     speed = math.sqrt(math.fsum(moves.ravel()) / math.fsum(scene.mass))
     most = max(1, round(0.5 * contacts * len(scene)))
@@ -109,14 +109,14 @@ def _grow(scene: Scene, final: Floats, density: float, contacts: float) -> Scene
         sim = Simulation(scene, "cells", keep_contacts=False)
         try:
             sim.run(until=longest, max_contacts=most)
-            sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact, where two have no gap
+            sim.run(until=sim.time * (1.0 + 0.5 / most))  # beyond a contact: two discs have no gap there
         except ZenoError as error:
             raise held() from error
         scene = scene.replace(position=sim.positions(), velocity=sim.velocities())
 
 
 def _larger(scene: Scene, wanted: Floats) -> Floats:
-    """Returns radii between those of a scene and the wanted ones with which no disc overlaps another."""
+    """Returns radii between the scene's radii and the wanted radii, without an overlap of discs."""
     place, radius = scene.position, scene.radius
     grown = np.maximum(wanted, radius)
     for pairs in overlapping_images(place, grown, scene.periods):

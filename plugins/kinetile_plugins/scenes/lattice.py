@@ -1,16 +1,16 @@
 """Discs on a lattice: exact ties, touching starts, and cases a rounding away from them.
 
-Errors of broad phases show most often where bounds coincide, many events fall on one instant, discs touch
-each other or a wall at the start, and several discs reach one place together. Each seed draws a lattice, a
-few sizes and velocities, and the discs that are moved along their line until they touch the one before them:
+Errors of broad phases show most often if bounds coincide, many events share one instant, discs touch each
+other or a wall at the start, and several discs reach one place together. Each seed draws a lattice, a few
+sizes and velocities, and the discs that are moved along their line until they touch the disc before them:
 
 - ``kind="dyadic"``: all lengths are multiples of 1/64 and all velocities of 1/4, so that positions,
   contacts in line with an axis and ties are exact in floating point;
 - ``kind="non-dyadic"``: cells of 1/3 to 1/12 and no square arena, several radii and masses, so that
   a tie in exact arithmetic is one only up to a rounding;
-- ``jitter`` moves each centre by up to that much (1e-16 to 1e-9 find most errors), and makes discs smaller
-  where they would overlap;
-- ``turns`` are changes of velocity at multiples of 1/16, where many contacts are.
+- ``jitter`` moves each centre by up to this length (1e-16 to 1e-9 find most errors), and shrinks discs that
+  would overlap;
+- ``turns`` are changes of velocity at multiples of 1/16, the times of many contacts.
 """
 
 import math
@@ -41,7 +41,7 @@ def lattice(
         bodies: the number of discs
         kind: dyadic or non-dyadic numbers
         touching: the share of the discs that are moved until they touch the one before, or the wall; 0 to 1
-        jitter: how far centres are displaced, 0 to 0.001
+        jitter: the largest displacement of centres, 0 to 0.001
         turns: the number of changes of velocity, at multiples of 1/16 up to 4
         seed: of all that is drawn, a whole number from 0
     """
@@ -58,7 +58,7 @@ def lattice(
     radius, mass = _sizes(bodies, exact, 1.0 / cells, for_lattice, for_bodies)
     steps = ([1, 2, 4] if exact else [1, 3, 7])[int(for_lattice.below(3))]
     velocity = (for_bodies.below(2 * steps + 1, bodies, 2) - steps) / steps
-    if for_lattice.uniform() < 0.5:  # along the lattice's lines, where contacts keep all numbers simple
+    if for_lattice.uniform() < 0.5:  # along the lattice's lines: contacts keep all numbers simple
         velocity[np.arange(bodies), for_bodies.below(2, bodies)] = 0.0
     site = for_bodies.order(columns * rows)[:bodies]
     position = (np.stack([site % columns, site // columns], axis=1) + 0.5) / cells
@@ -112,7 +112,7 @@ def _move_into_contact(position: Floats, radius: Floats, axis: int, share: float
 
 
 def _without_overlap(position: Floats, radius: Floats, arena: tuple[float, float]) -> Floats:
-    """Returns radii no larger than these, with which no discs overlap by more than a scene allows."""
+    """Returns radii no larger than these, so that no discs overlap by more than a scene allows."""
     less = np.zeros(len(radius))
     for pairs in overlapping_pairs(position, radius, TOLERANCE):
         a, b = pairs.T

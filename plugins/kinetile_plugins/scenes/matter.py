@@ -1,8 +1,8 @@
 """Starts of simulations of hard discs as matter: mixtures of sizes, and crystals with vacancies.
 
-Radii are lengths as they are given, and the arena follows from the density. Velocities are drawn from
-Maxwell's distribution at a temperature, which is the mean kinetic energy of a body; the total momentum is 0.
-Between walls that is kT; on a torus kT is N/(N - 1) of it (docs/observables.md).
+Radii are the given lengths, and the arena follows from the density. Velocities are drawn from Maxwell's
+distribution at a temperature, the mean kinetic energy of a body; the total momentum is 0. Between walls the
+temperature is kT; on a torus kT is N/(N - 1) of it (docs/observables.md).
 """
 
 import math
@@ -31,7 +31,7 @@ def mixture(
     """Discs of two and more sizes at random places in a square, nowhere overlapping, at a temperature.
 
     Discs are numbered by size, in the order of ``radii``. The side of the square follows from ``density``. On
-    a torus kT is N/(N - 1) of ``temperature``. What is too dense for random places, from 0.48 (equal radii)
+    a torus kT is N/(N - 1) of ``temperature``. A mixture too dense for random places, from 0.48 (equal radii)
     to 0.56, starts from a lattice, if it has room for the largest radius at each site: for equal numbers of
     radii 0.5 and 0.7 up to 0.59 (100 discs) or 0.67 (4,000).
 
@@ -41,7 +41,7 @@ def mixture(
         radii: of each size, lengths
         fractions: the part of each size, in proportion, by largest remainders; left out, all are equal
         mass: equal (1) or area (in proportion to the square of the radius, 1 for the first)
-        masses: instead of mass, that of each size
+        masses: instead of mass, the mass of each size
         temperature: the mean kinetic energy of a disc, above 0
         seed: of all that is drawn, a whole number from 0
     """
@@ -55,7 +55,7 @@ def mixture(
 
 
 def side_of_square(radius: Floats, density: float) -> float:
-    """Returns the side of the square of which discs of these radii cover the part ``density``."""
+    """Returns the side of a square if discs of these radii cover the part ``density`` of it."""
     area = math.pi * math.fsum(radius * radius) / density
     demand(area < math.inf, f"density is {density}; expected more, for a square of finite size")
     return math.sqrt(area)
@@ -90,7 +90,7 @@ def _numbers_of(bodies: int, sizes: int, fractions: tuple[float, ...]) -> Intege
 
 
 def _numbers(name: str, numbers: tuple[float, ...], sizes: int) -> Floats:
-    """Returns the numbers as an array; BadOption unless there is a possible one for each size."""
+    """Returns the numbers as an array; raises BadOption unless each size has a possible number."""
     many = len(numbers)
     demand(many == sizes, f"{name} has {many} numbers, and radii has {sizes}; expected one for each radius")
     for k, number in enumerate(numbers):
@@ -164,7 +164,7 @@ def square(
 
 
 def _rows_and_columns(columns: int, rows: int) -> tuple[Integers, Integers]:
-    """Returns row and column of each site; raises BadOption where there are too few sites or too many."""
+    """Returns row and column of each site; raises BadOption for too few or too many sites."""
     demand_number("columns", columns, 1, "a crystal has 1 column or more")
     demand_number("rows", rows, 1, "a crystal has 1 row or more")
     sites = columns * rows

@@ -1,14 +1,14 @@
 """Numbers of the recipes, with the same bits on every machine: draws from a seed, and velocities from them;
 sine, cosine, logarithm and powers.
 
-NumPy guarantees the bits of its bit generators and of its seed sequences for ever, but not those of its
-Generator: a uniform number is the upper 53 bits of a draw, a choice among n is the integer part of one half
-of a draw times n (which favours some by up to n / 2**32). C libraries round sines, logarithms and powers
-differently, and NumPy chooses again by processor. The functions below are made of sums, differences, products
-and quotients of doubles alone, one at a time, and of decimal arithmetic.
+NumPy guarantees the bits of its bit generators and of its seed sequences for ever, but not the bits of its
+Generator. So here a uniform number is the upper 53 bits of a draw, and a choice among n is the integer part
+of one half of a draw times n (which favours some by up to n / 2**32). C libraries round sines, logarithms and
+powers differently, and NumPy chooses its own by processor. The functions below use only sums, differences,
+products and quotients of doubles, one at a time, and decimal arithmetic.
 
-Sine and cosine come from tables (Gal, 1986): an angle is k / 128 and a rest below 1 / 256, for which short
-series do. The largest term is multiplied exactly (Dekker, 1971). Of 200,000 angles the worst was wrong by
+Sine and cosine use tables (Gal, 1986): an angle is k / 128 and a rest below 1 / 256; short series suffice for
+the rest. The largest term is multiplied exactly (Dekker, 1971). The largest error among 200,000 angles was
 0.521 units in the last place.
 """
 
@@ -46,7 +46,7 @@ class Draws:
         return ((halves[:wanted] * np.uint64(limits)) >> np.uint64(32)).astype(np.int64).reshape(shape)
 
     def order(self, number: int) -> Integers:
-        """Returns 0 to ``number`` - 1 in an order of which each is as likely (Fisher and Yates's shuffle)."""
+        """Returns 0 to ``number`` - 1 in random order, all equally likely (Fisher and Yates's shuffle)."""
         order, last = list(range(number)), number - 1
         while last > 0:
             for half in self.below(2**32, last).tolist():
@@ -60,7 +60,7 @@ class Draws:
 _DECIMALS = decimal.Context(prec=50, rounding=decimal.ROUND_HALF_EVEN)
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _STEPS = 128  # to the radian
-_SMALL = 0.126  # the series alone does better than the table below it
+_SMALL = 0.126  # below it the series alone is more exact than the table
 
 
 def cosine_and_sine(angle: Floats) -> tuple[Floats, Floats]:
@@ -195,7 +195,7 @@ def demand_density(density: float) -> None:
 
 
 def demand_in_range(name: str, number: float) -> None:
-    """Raises BadOption unless a length, a mass or a temperature is above 0 and one that a scene can have."""
+    """Raises BadOption unless a length, a mass or a temperature is above 0 and possible in a scene."""
     expected = SIZE_VALUE.expected(number)
     demand(not expected, f"{name} is {number}; expected {expected}")
 
@@ -214,8 +214,8 @@ def in_random_directions(speed: float, bodies: int, random: Draws) -> Floats:
 def maxwell(temperature: float, mass: Floats, random: Draws) -> Floats:
     """Returns (n, 2) velocities from Maxwell's distribution, without momentum and of a given temperature, the
     mean kinetic energy of a body: normal with the variance ``temperature`` / mass (Box and Muller, 1958),
-    less that of the centre of mass, scaled. ``mass`` is (n,), and finite. Raises BadOption for fewer than 2
-    bodies, and for a temperature that is no number from 2**-200 to 2**200."""
+    less the velocity of the centre of mass, scaled. ``mass`` is (n,), and finite. Raises BadOption for fewer
+    than 2 bodies, and for a temperature that is not a number from 2**-200 to 2**200."""
     bodies = len(mass)
     demand(bodies >= 2, f"bodies is {bodies}; at a temperature and without momentum there are 2 or more")
     demand_in_range("temperature", temperature)

@@ -1,11 +1,11 @@
 """Discs of random sizes at random places, the generic scene; equal discs on a grid, the thesis's benchmark.
 
-Radii are drawn evenly on a logarithmic scale and then scaled together to the requested density. Discs are
+Radii are drawn uniformly on a logarithmic scale and then scaled together to the requested density. Discs are
 placed one after the other, the largest first, each at the first random point with room for it. Equal discs
-jam at about 0.547, and long before that most points are refused. If all tries fail, and new starts do not
-help, they start from a lattice instead: hexagonal or square, whichever leaves more room between them; each
-disc has a site drawn at random, with room for the largest. Below the density of freezing, some 0.7, they
-forget the lattice within some tens of contacts each. If it has no room either, the scene is refused.
+jam at about 0.547, and long before that most points are refused. If all tries fail, and new starts as well,
+the discs start from a lattice instead: hexagonal or square, whichever leaves more room between them. Each
+disc has a random site, with room for the largest. Below the density of freezing, some 0.7, the lattice
+disappears within some tens of contacts of each disc. If the lattice has no room either, the scene is refused.
 """
 
 import math
@@ -21,7 +21,7 @@ from kinetile_plugins.scenes import numerics
 from kinetile_plugins.scenes.numerics import Draws, demand, demand_number, draws
 
 _Levels: TypeAlias = list[tuple[float, dict[tuple[int, int], list[tuple[float, float, float]]]]]
-"""For each size of disc, the cells' width and what lies in them: places and radii."""
+"""For each size of disc, the cells' width and the discs in them: places and radii."""
 
 _STARTS = 10
 _TRIES, _TRIES_PER_BODY = 20_000, 20  # for each start
@@ -90,8 +90,8 @@ def places(radius: Floats, density: float, side: float, random: Draws) -> Floats
 
 
 def _at_random(radius: list[float], tries: int, side: float, random: Draws) -> Iterator[tuple[float, float]]:
-    """Yields places for discs in descending order of radius, until all have one or the tries run out. Placed
-    discs are in cells by size, a power of two: smaller ones overlap only those in nine cells."""
+    """Yields places for discs in descending order of radius, until all have one or no tries are left. Placed
+    discs are in cells by size, a power of two: a smaller disc overlaps only discs in nine cells."""
     levels: _Levels = []
     blocks = (random.uniform(1024, 2).tolist() for _ in count())
     points = islice(chain.from_iterable(blocks), tries)

@@ -1,48 +1,48 @@
 """Sweep-tiling: the thesis's contribution (section 4), with its gaps and errors repaired.
 
-Sweep-and-prune keeps the order of all bounds, however far apart they are. Sweep-tiling draws each bound only
-as far as it can be seen, from its body up and down to the next ones, so only bounds in sight of each other
-pass each other. docs/sweep-tiling.md has the tiling, its events, the proof that the pair of two bodies that
-touch is there, and the errors of the thesis's text. The proof holds only while bodies do not pass through
+Sweep-and-prune keeps the order of all bounds, at any distance. Sweep-tiling draws each bound only as far as
+it is visible, from its body up and down to the next bodies, so only bounds in sight of each other pass each
+other. docs/sweep-tiling.md describes the tiling and its events, proves that the pair of two touching bodies
+is present, and lists the errors of the thesis's text. The proof holds only while bodies do not pass through
 each other: otherwise a hidden body could appear without an event.
 
 Files: ``web`` the stored structure; ``construction`` the first tiling, by a sweep line; ``events`` changes at
-a collapse, an insertion or a removal; ``certificates`` when tiles fail; ``audit`` every invariant, slowly.
-This file has the hooks that the kernel calls, and the drawing.
+a collapse, an insertion or a removal; ``certificates`` the ticks of failing tiles; ``audit`` every
+invariant, slowly. This file has the hooks that the kernel calls, and the drawing.
 
-Why a skin delta of at most r^2 / 8R hides no contact, for radii from r to R and n discs (rho, V and q are
-those of docs/one-answer.md):
+Why a skin delta of at most r^2 / 8R hides no contact, for radii from r to R and n discs (docs/one-answer.md
+defines rho, V and q):
 
-*A third body stays away.* Let discs a and b touch at p, and let c be a disc apart from both, its centre not
-higher than that of a and not lower than that of b. Then both extreme points of c are at least
+*A third body stays away.* Let discs a and b touch at p. Let c be a disc that touches neither, its centre not
+higher than the centre of a and not lower than the centre of b. Then both extreme points of c are at least
 (sqrt(2) - 1) r^2 / R from p on the x axis. Put p at the origin, c to its right with its centre at (x, y), and
-take y >= 0; otherwise exchange up and down. Let h be how far c's centre is below that of a, A how far a's is
-left of p (A <= 0: it is right of it), and m = r_a r_b / (r_a + r_b), which is at least r / 2.
+take y >= 0; otherwise exchange up and down. Let h be the height of a's centre above c's, A the distance of
+a's centre left of p (A <= 0 if it is right of p), and m = r_a r_b / (r_a + r_b), which is at least r / 2.
 
 1. By Stewart's theorem, with |ac| >= r_a + r_c and |bc| >= r_b + r_c: x^2 + y^2 >= r_c^2 + 4 m r_c.
-2. If y^2 <= 2 m r_c, then x - r_c >= sqrt(r_c^2 + 2 m r_c) - r_c. That grows with r_c and m: at least
-   (sqrt(2) - 1) r.
-3. Else look at a alone: x >= sqrt((r_a + r_c)^2 - h^2) - A. If A <= 0, then as h^2 <= r_a^2 - A^2, x - r_c is
-   at least sqrt(r_c^2 + 2 r_a r_c) - r_c >= (sqrt(3) - 1) r.
+2. If y^2 <= 2 m r_c, then x - r_c >= sqrt(r_c^2 + 2 m r_c) - r_c. The right side grows with r_c and m, so it
+   is at least (sqrt(2) - 1) r.
+3. Else consider a alone: x >= sqrt((r_a + r_c)^2 - h^2) - A. If A <= 0, then h^2 <= r_a^2 - A^2, so x - r_c
+   is at least sqrt(r_c^2 + 2 r_a r_c) - r_c >= (sqrt(3) - 1) r.
 4. If A > 0: h is at most sqrt(r_a^2 - A^2) - y, so h^2 <= r_a^2 - A^2 - y^2. The square of the root is then
-   larger than (A + r_c)^2 by at least 2 r_c (r_a - A) + y^2, and r_a - A >= y^2 / 2 r_a, so by at least
-   y^2 (1 + r_c / r_a). With y^2 > 2 m r_c and M = r_a + r_c that is more than 2 r_c M r_b / (r_a + r_b), and
-   since A + r_c <= M, x - r_c >= sqrt(M^2 + 2 r_c M r_b / (r_a + r_b)) - M. That grows with M, r_c and r_b;
-   for r_b = r_c = r it is at least .89 r^2 / (r_a + r) >= .44 r^2 / R.
+   larger than (A + r_c)^2 by at least 2 r_c (r_a - A) + y^2. As r_a - A >= y^2 / 2 r_a, this is at least
+   y^2 (1 + r_c / r_a). With y^2 > 2 m r_c and M = r_a + r_c it is more than 2 r_c M r_b / (r_a + r_b). Since
+   A + r_c <= M, x - r_c >= sqrt(M^2 + 2 r_c M r_b / (r_a + r_b)) - M. The right side grows with M, r_c and
+   r_b; for r_b = r_c = r it is at least .89 r^2 / (r_a + r) >= .44 r^2 / R.
 
 *Rounding.* When a contact is the next event, no tile is narrower than -3 rho at the end of its tick. The
 tiles, as edges from left bound to right bound, and L(b) before R(b), have no circle. So there are abscissae,
-each from 0 to 6 n rho above the true one at that moment, for which all bounds are in order, and the structure
-is exactly the tiling of these. Bodies a and b, enlarged, still overlap in them, since 6 n rho is less than
-two skins: at p, or, if only the moved bound is in the way, up to 6 n rho - delta right of it. So a and b have
-a tile there unless a third body c, between them in height, comes as near to p with a bound of its own:
-enlarged by delta and moved by up to 6 n rho. As delta is more than 4 n rho, that is nearer than 2.5 delta.
+each from 0 to 6 n rho above the true one at that moment, with all bounds in order, and the structure is
+exactly the tiling of these abscissae. In them the enlarged bodies a and b still overlap, since 6 n rho is
+less than two skins: at p, or, if only the moved bound is in the way, up to 6 n rho - delta right of p. So a
+and b have a tile there, unless a bound of a third body c, between them in height, is as near to p: enlarged
+by delta and moved by up to 6 n rho. As delta is more than 4 n rho, this bound is nearer than 2.5 delta.
 
 *So 2.5 delta has to be less than .41 r^2 / R*, with room for errors. At the contact's tick discs overlap by
-the rounding of anchors, for which 10 rho are kept free; a and b are up to 2 V q apart; and the tick ends when
-each has flown V q further. Making all discs smaller by so much that they are apart, and a and b touch, costs
-34 rho + 4 V q of the distance, and the flight 2 V q. delta <= r^2 / 8R leaves .10 r^2 / R, that is .81 delta,
-for all of it, besides the 24 rho + 6 V q by which 2.5 delta is more than needed: enough from three discs on.
+the rounding of anchors, which takes 10 rho. The gap of a and b is up to 2 V q. At the end of the tick each
+has flown V q further. Shrinking all discs until they are disjoint, and a and b touch, costs 34 rho + 4 V q of
+the distance, and the flight 2 V q. delta <= r^2 / 8R leaves .10 r^2 / R, that is .81 delta, for all of it,
+besides the surplus of 24 rho + 6 V q in 2.5 delta: enough from three discs on.
 """
 
 from collections.abc import Iterator
@@ -99,7 +99,7 @@ def build(k: Kernel, s: State) -> None:
 @unchecked
 @hook
 def repair(k: Kernel, s: State, body: int) -> int:
-    """The first of a body's three tiles fails: relink, watch the new tiles, name the body in sight."""
+    """Repairs the first tile of a body to fail: relinks, watches new tiles, names the body in sight."""
     n = len(s.level)
     p, q = first_to_fail(s, body)
     if fails_by_order(s, p):
@@ -127,9 +127,9 @@ class SweepTiling:
         """Returns the parts; refuses a scene that is periodic along y, or with other shapes than discs and
         level capsules.
 
-        Beside a contact of two bodies a third's bound is at least .41 r^2 / R away, for radii from r to R; a
-        skin of at most an eighth of r^2 / R cannot hide the contact from sight (proof: above). Shapes that
-        graze may overlap by 2^-38 of their size, which the limit leaves room for.
+        At a contact of two bodies the bounds of any third body are at least .41 r^2 / R away, for radii from
+        r to R. A skin of at most an eighth of r^2 / R cannot hide the contact from sight (proof: above).
+        Grazing shapes may overlap by 2^-38 of their size; the limit leaves room for that.
         """
         if "y" in scene.periodic:
             raise Refused(
@@ -175,16 +175,16 @@ class SweepTiling:
         )
 
 
-# To the tiling a disc is the line from its leftmost to its rightmost point. A bound goes up and down from
-# there to the lines of the bodies that it meets, and a tile is a rectangle between two bounds and two such
-# lines. With the discs drawn over them, tiles seem to end at the discs. So tiles hang on bodies, at most
-# four each, and move with them between events; they cover the arena, and no two of them overlap (thesis,
-# figures 12 and 13). No certificate asks where the arena's edges are, so in the open plane they are as far
-# away as one likes: in a drawing, around the bodies.
+# In the tiling a disc is the line from its leftmost to its rightmost point. A bound leads up and down from
+# there to the lines of the next bodies, and a tile is a rectangle between two bounds and two such lines. With
+# the discs drawn over them, tiles seem to end at the discs. So tiles are attached to bodies, at most four
+# each, and move with them between events; they cover the arena, and no two of them overlap (thesis, figures
+# 12 and 13). No certificate reads the arena's edges, so in the open plane they are at any distance: in a
+# drawing, around the bodies.
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Yields tiles, each with the tick at which it fails, bounds, and the pairs with a tile between them."""
+    """Yields tiles, each with its tick of failure; bounds; and the pairs with a tile between them."""
     n = len(s.level)
     bodies = np.flatnonzero(k.queue.number >= 0).tolist()
     pairs = set()
@@ -213,7 +213,7 @@ def draw(k: Kernel, s: State) -> Iterator[Item]:
 
 
 def _edges(k: Kernel, bodies: list[int]) -> list[list[float]]:
-    """Returns the lowest and the highest corner of what is tiled: the arena, or a box around the bodies."""
+    """Returns the lowest and the highest corner of the tiling: the arena, or a box around the bodies."""
     limits = k.clock[0].limits
     if limits.width or not bodies:
         return [[0.0, 0.0], [float(limits.width), float(limits.height)]]

@@ -1,10 +1,10 @@
 """Audit of the web: every invariant, checked slowly, between two events.
 
-Structure is checked exactly: links, ends, pairs, certificates, and that a sweep over the bounds, in an order
-that the links themselves allow, makes the same tiling again. Geometry is checked up to the skin, because
-events of one moment leave bounds that coincide in either order.
+Structure is checked exactly: links, ends, pairs and certificates. A sweep over the bounds, in an order that
+the links themselves allow, must make the same tiling again. Geometry is checked up to the skin, because
+events of one moment leave coinciding bounds in either order.
 
-On a cylinder there is no first bound, so the sweep is left out: links, ends, pairs and geometry have to do.
+On a cylinder there is no first bound, so the sweep is skipped; links, ends, pairs and geometry are checked.
 
 The invariants, with their numbers:
 
@@ -12,12 +12,12 @@ The invariants, with their numbers:
   its top and bottom, which covers all ends. Exactly.
 * I4: no tile is narrower than -2 theta, unless it fails at this tick; from the positions when this tick ends.
 * I5: there are 3n + 1 tiles, each port used once. Exactly.
-* I6: the bodies named as near a body are exactly those on the other side of its tiles.
+* I6: the bodies named as near a body are exactly the bodies on the other side of its tiles.
 * I7: no circle: a sweep in the order of the links, without any coordinate, makes the same tiling. Exactly.
-* I8: on every vertical line the tiles are the gaps between the bodies that it crosses; on a line between each
-  two bounds further apart than four skins, or eight while repairs of this tick are pending.
-* I9: every tile is watched for the tick at which it fails by the plans of its bodies, by width or order, and
-  its owner is queued for its first. Exactly: to the tick.
+* I8: on every vertical line the tiles are the gaps between the bodies that the line crosses. One line is
+  checked between each two bounds with more than four skins between them, or eight while repairs are pending.
+* I9: every tile is watched for its tick of failure by the plans of its bodies, by width or order, and every
+  body is queued for the first of its tiles. Exactly: to the tick.
 """
 
 from collections.abc import Iterator
@@ -31,19 +31,19 @@ from kinetile.toolbox import NEVER, Kernel, Plan, falls_many, positions_after, p
 from .web import ENDS, FLIPS, LOWER, OUTER, UPPER, State, near
 
 CELLS = 1 << 20
-"""Bodies and tiles times vertical lines, compared at a time: bounds the memory of an audit."""
+"""Bodies and tiles times vertical lines that are compared at a time: bounds the memory of an audit."""
 
 
 class AllTiles(NamedTuple):
     """All tiles of m bodies, 3m + 1 in the order of their left ports; on a cylinder 3m."""
 
     left: Integers  # left ports
-    right: Integers  # what they are linked to
-    top: Integers  # bodies above and below, as the left bounds know them
+    right: Integers  # the ports linked to them
+    top: Integers  # bodies above and below, by the ends of the left bounds
     bottom: Integers
     away: Floats  # the periods from the left bound to the right one, by the places in their bodies' plans
     there: Integers  # (m,) the bodies
-    slots: int  # as the edges are numbered
+    slots: int  # the number of the edges' body
 
     def name(self, tile: Any) -> str:
         """Returns a tile in words."""
@@ -61,7 +61,7 @@ def _port(p: int, n: int) -> str:
 
 
 def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
-    """Returns the bodies above and below the tiles at some ports, as these ports' bounds know them."""
+    """Returns the bodies above and below the tiles at some ports, by the ends of these ports' bounds."""
     bound, port, body = ports & ~7, ports & 7, ports >> 4
     top = np.where(port == LOWER, body, web[bound + ENDS + UPPER])
     bottom = np.where(port == UPPER, body, web[bound + ENDS + LOWER])
@@ -69,7 +69,7 @@ def _ends(web: Integers, ports: Integers) -> tuple[Integers, Integers]:
 
 
 def tiles_of(k: Kernel, s: State) -> AllTiles:
-    """Returns all tiles; that of the left edge is the last."""
+    """Returns all tiles; the tile of the left edge is the last."""
     n = len(s.level)
     web, there = s.web.astype(np.int64), np.flatnonzero(k.queue.number >= 0)
     own = 16 * there[:, None] + np.array([UPPER, LOWER, 8 + OUTER])
@@ -97,7 +97,7 @@ def audit(k: Kernel, s: State) -> Iterator[str]:
 
 
 def _links(s: State, tiles: AllTiles) -> Iterator[str]:
-    """Each tile joins a left port and a right one, both ways; they agree about its ends."""
+    """Yields each tile whose two links, or whose ends by its two bounds, do not agree."""
     n = len(s.level)
     web = s.web.astype(np.int64)
     left, right = tiles.left, tiles.right
@@ -136,10 +136,10 @@ def _pairs(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _sweep(s: State, bodies: int) -> Iterator[str]:
-    """The links lead from left to right without a circle, and a sweep in their order makes the same tiling.
+    """Yields a circle of links, and the first difference of a sweep in their order from the tiling.
 
-    A bound is swept when all tiles that end at it have begun, so no coordinate is read. What the sweep line
-    crosses is in two lists (the body above, the body below) with the open left port of each gap.
+    A bound is swept when all tiles that end at it have begun, so no coordinate is read. Two lists have the
+    bodies on the sweep line (the body above, the body below), a third the open left port of each gap.
     """
     n = len(s.level)
     web = s.web.tolist()
@@ -189,8 +189,8 @@ def _sweep(s: State, bodies: int) -> Iterator[str]:
 
 
 def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
-    """Every tile is watched for the tick at which it fails by the plans of its bodies, and its owner is
-    queued for its first."""
+    """Yields each tile that is not watched for its tick of failure by the plans of its bodies, and each body
+    that is not queued for its first tile."""
     there = tiles.there
     now = int(k.clock[0].now)
     left = tiles.left[: 3 * len(there)]
@@ -212,7 +212,7 @@ def _certificates(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, Flags]:
-    """Returns when each tile but the first fails by the present plans, and whether by its vertical order."""
+    """Returns the tick at which each body's tile fails by the present plans; True if by vertical order."""
     clock, bodies, own = k.clock[0], k.bodies, slice(3 * len(tiles.there))
     p, q, away = tiles.left[own], tiles.right[own], tiles.away[own]
     fails = (q >> 4 != tiles.slots) & (q >> 4 != p >> 4)
@@ -237,13 +237,13 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, Flags]:
 
 
 def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
-    """Tiles are no narrower than nothing, and the gaps between the bodies on every vertical line."""
+    """Yields each tile of negative width, and each that is not a gap between bodies on a vertical line."""
     clock = k.clock[0]
     pending = s.due[4 * (tiles.left >> 4) + (tiles.left & 3)] <= clock.now
     flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
     place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
     reach = reaches_of(k)
-    west = np.append(place[:, 0] - reach[:, 0], np.inf)  # with the edges, which are bounds of body n
+    west = np.append(place[:, 0] - reach[:, 0], np.inf)  # with the edges, the bounds of body n
     east = np.append(place[:, 0] + reach[:, 1], -np.inf)
     left = np.where(tiles.left & 8, east[tiles.left >> 4], west[tiles.left >> 4])
     right = np.where(tiles.right & 8, east[tiles.right >> 4], west[tiles.right >> 4]) + tiles.away
@@ -251,7 +251,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
         wrong = left[tile] - right[tile]
         yield f"{tiles.name(tile)} is {wrong} wider than nothing to the wrong side, and does not fail now"
     thin = (8.0 if pending.any() else 4.0) * float(clock.limits.skin)
-    # On a vertical line the tiles that it crosses are the gaps between the bodies that it crosses (I8).
+    # The tiles on a vertical line are the gaps between the bodies on it (I8).
     level, period = place[:, 1], float(clock.torus.x)
     n, there = tiles.slots, tiles.there
     west, east = west[there], east[there]
@@ -281,7 +281,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
 
 
 def _between(left: Floats, line: Floats, right: Floats, period: float) -> Flags:
-    """Returns whether lines lie between left and right, or an image of theirs does."""
+    """Returns True for lines, or images of them, between left and right."""
     if period:
         line = left + (line - left) % period
     return (left < line) & (line < right)

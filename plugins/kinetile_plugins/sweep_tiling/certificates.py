@@ -1,8 +1,8 @@
-"""Certificates of the tiles: when each fails, and for which of them a body is in the queue.
+"""Certificates of the tiles: the tick at which each fails, and the queued certificate of each body.
 
 A tile fails by its width, or, as a corner, by its vertical order. Eight tiles are computed at a time. All is
 computed from the flight plans, at the later of the two anchors, as ``falls`` expects it: no tick depends on
-which tiles are computed together.
+the other tiles of its eight.
 
 A body owns the three tiles at its left ports, and is in the queue for the first of them to fail.
 """
@@ -66,18 +66,18 @@ class Sides(NamedTuple):
     vx: Floats
     vy: Floats
     anchor: Ticks
-    edge: Floats  # how far right of its body's centre the bound is
+    edge: Floats  # the offset of the bound to the right of its body's centre
 
 
 @hook
 def some_body(k: Kernel, p: int) -> int:
-    """The body of a port; of an edge of the arena, the body in the last slot."""
+    """Returns the body of a port; for an edge of the arena, the body in the last slot."""
     return int(smaller(body_of(p), k.clock[0].bodies - 1))
 
 
 @hook
 def edge_of(k: Kernel, p: int) -> float:
-    """Returns how far right of its body's centre the bound of a port is."""
+    """Returns the offset of a port's bound to the right of its body's centre."""
     side = (p >> 3) & 1
     reach = reach_to(k.bodies[some_body(k, p)], side, k.clock[0].limits.skin)
     return reach if side == 1 else -reach
@@ -95,8 +95,8 @@ def _edges_of_shapes(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> 
 @with_shapes(_edges_of_shapes)
 @hook
 def edges(body: Records, k: Kernel, ports: Wholes, reach: Floats) -> Floats:
-    """Returns how far right of their bodies' centres the bounds of eight ports are, by the reaches of the
-    bodies. The first argument is any body."""
+    """Returns the offsets of the bounds of eight ports to the right of their bodies' centres, by the reaches
+    of the bodies. The first argument is any body."""
     is_left = (ports & spread_whole(8)) == spread_whole(0)
     return choose(is_left, spread(0.0) - reach, reach)
 
@@ -137,13 +137,13 @@ def swapped(one: Sides) -> Sides:
 
 @hook
 def periods(k: Kernel, s: State, p: int, q: int) -> int:
-    """Returns through how many periods a tile leads, between the places in the plans at its two sides."""
+    """Returns the number of periods along a tile, between the places in the plans at its two sides."""
     return int(turns_to(s, p) + k.images[some_body(k, q)].kx - k.images[some_body(k, p)].kx)
 
 
 @hook
 def periods_between(k: Kernel, s: State, left: Wholes, right: Wholes) -> Floats:
-    """Returns the length of the periods through which eight tiles lead."""
+    """Returns the lengths of the periods along eight tiles."""
     count = eight(
         periods(k, s, lane(left, 0), lane(right, 0)),
         periods(k, s, lane(left, 1), lane(right, 1)),
@@ -159,7 +159,7 @@ def periods_between(k: Kernel, s: State, left: Wholes, right: Wholes) -> Floats:
 
 @hook
 def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> tuple[Ticks, Truths]:
-    """Returns when tiles fail, and whether by their vertical order; never where it is not wanted."""
+    """Returns the ticks at which tiles fail, and True if by vertical order; NEVER for unwanted tiles."""
     zero = spread(0.0)
     border = spread_whole(len(s.level))
     unit = spread(k.clock[0].tick)
@@ -201,7 +201,7 @@ def reschedule(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def first_to_fail(s: State, body: int) -> Tile:
-    """Returns which of the three tiles that a body owns fails first."""
+    """Returns the first to fail of the three tiles that a body owns."""
     outer = own_tile(body, OUTER)
     upper = own_tile(body, UPPER)
     lower = own_tile(body, LOWER)
@@ -217,7 +217,7 @@ def first_to_fail(s: State, body: int) -> Tile:
 @unchecked
 @hook
 def watch_around(k: Kernel, s: State, body: int) -> None:
-    """Watches the six tiles at a body's ports: the three that it owns, and those at its right ports."""
+    """Watches the six tiles at a body's ports: its own three at left ports, and three at right ports."""
     outer = own_tile(body, OUTER)
     upper = own_tile(body, UPPER)
     lower = own_tile(body, LOWER)

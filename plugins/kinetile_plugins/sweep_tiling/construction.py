@@ -1,12 +1,12 @@
 """The static construction: a sweep line from left to right over the bounds (thesis, section 4.2).
 
-docs/sweep-tiling.md has what happens at a bound, and the order of bounds that tie. The bodies on the line are
-disjoint, so they are in the order of their centres, and their ranks from bottom to top can be assigned
-beforehand; a tree of marks over the ranks finds the next body above a rank: two sorts and 4n queries.
+docs/sweep-tiling.md describes the step at a bound, and the order of bounds that tie. The bodies on the line
+are disjoint, so they are in the order of their centres, and ranks from bottom to top can be assigned
+beforehand. A tree of marks over the ranks finds the next body above a rank: two sorts and 4n queries.
 
-On a cylinder the sweep goes round three times. It begins with no body on the line. After the first round
-those are on it that lie across the place where it began, and after the second those tiles are open that lead
-across. So the third links all ports as they are, whatever the first two linked.
+On a cylinder the sweep makes three rounds. It begins with no body on the line. After the first round the
+bodies across the starting place are on the line; after the second round the tiles across it are open. So the
+third round links all ports correctly, whatever the first two linked.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ from .web import (
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Sorts bounds and bodies as they are now, and will be a moment later."""
+    """Sorts bounds and bodies by their positions now; ties by their positions a moment later."""
     bodies = k.bodies
     n = len(bodies)
     place = positions_now(k)
@@ -51,13 +51,13 @@ def arrange(k: Kernel, s: State) -> None:
     limits = k.clock[0].limits
     tie = max(2.0**-46 * max(float(limits.width), float(limits.height)), float(limits.skin))
     widest, least = (2.0**-36 * float(bodies.radius.max()), float(bodies.radius.min())) if n else (0.0, 0.0)
-    strip = widest if k.forms.size else 0.0  # by how much shapes may overlap that graze, and more
+    strip = widest if k.forms.size else 0.0  # more than the overlap of grazing shapes
     s.limits[:] = tie, max(tie, 4.0 * float(limits.skin) + strip, 2.0**-30 * least)
 
 
 @hook
 def mark(s: State, rank: int, present: int) -> None:
-    """Notes whether the body of a rank is on the sweep line."""
+    """Marks the body of a rank as on the sweep line (``present`` 1) or not (0)."""
     at = (len(s.status) >> 1) + rank
     s.status[at] = present
     while at > 1:
@@ -84,7 +84,7 @@ def next_to(s: State, rank: int, up: int) -> int:
 
 @hook
 def link_in_order(s: State, p: int, q: int) -> None:
-    """Links an open left port to the right port at which its tile ends: on a cylinder the first behind it."""
+    """Links an open left port to the right port of its tile: on a cylinder the first one behind it."""
     turns = 0
     if len(s.turns) > 0:
         one = bound_of(p)

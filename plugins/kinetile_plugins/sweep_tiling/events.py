@@ -1,9 +1,9 @@
 """Changes of the web: collapse of a tile (thesis, section 4.3), insertion and removal of a body.
 
-docs/sweep-tiling.md has the table by which the two ports of a tile determine the event, what each event
-replaces, the flip at a corner, and how a body is inserted as a line that grows. ``Change`` has the three
-links and two ends that are replaced, and the pair that comes into sight. No coordinate is read, except for
-one decision at a meeting: which of the two is above.
+docs/sweep-tiling.md has a table of the event for each two ports of a tile, and of the links that it replaces;
+it also describes the flip at a corner, and the insertion of a body as a growing line. ``Change`` has the
+tiles that an event makes, and the pair that comes into sight. No coordinate is read, except for one decision
+at a meeting: the upper one of the two bodies.
 
 The line of an insertion or a removal never crosses another body, for its disc does not. So each of its events
 could also be caused by moving bodies, and leaves a web that is right for the present line.
@@ -51,7 +51,7 @@ class Pair(NamedTuple):
 
 
 class Change(NamedTuple):
-    """What an event did: the tiles that it made, and the pair that came into sight."""
+    """The result of an event: the tiles that it made, and the pair that came into sight."""
 
     tiles: Tiles
     come: Pair
@@ -59,7 +59,7 @@ class Change(NamedTuple):
 
 @hook
 def is_above(k: Kernel, s: State, a: int, b: int) -> bool:
-    """Whether body a is above body b now; if they are level, whether it will be; else by number."""
+    """Returns True if body a is above body b now; if they are level, a moment later; else by number."""
     one = k.bodies[a]
     two = k.bodies[b]
     now = k.clock[0].now
@@ -73,7 +73,7 @@ def is_above(k: Kernel, s: State, a: int, b: int) -> bool:
 
 @hook
 def join(s: State, a: int, b: int, p: int) -> Tiles:
-    """Relinks bounds a, an R, and b, an L: the body of b comes to stand on side ``p`` of the body of a."""
+    """Relinks bounds a, an R, and b, an L, so that the body of b is on side ``p`` of the body of a."""
     o = opposite(p)
     beyond_a = facing(s, port(a, p))
     beyond_b = facing(s, port(b, o))
@@ -90,7 +90,7 @@ def join(s: State, a: int, b: int, p: int) -> Tiles:
 
 @hook
 def separate(s: State, a: int, b: int, p: int) -> Tiles:
-    """Undoes ``join`` for bounds a, an R, and b, an L: the body of b is on side ``p`` of that of a."""
+    """Undoes ``join`` for bounds a, an R, and b, an L: the body of b is on side ``p`` of a's body."""
     o = opposite(p)
     beyond_a = facing(s, port(b, OUTER))
     beyond_b = facing(s, port(a, OUTER))
@@ -107,14 +107,14 @@ def separate(s: State, a: int, b: int, p: int) -> Tiles:
 
 @hook
 def meeting(k: Kernel, s: State, a: int, b: int) -> Change:
-    """Tile a.OUTER - b.OUTER of an R and an L collapses: the bodies come over each other (figure 14)."""
+    """Collapses tile a.OUTER - b.OUTER of an R and an L: one body is now over the other (figure 14)."""
     tiles = join(s, a, b, LOWER if is_above(k, s, body_of(a), body_of(b)) else UPPER)
     return Change(tiles, Pair(body_of(a), body_of(b)))
 
 
 @hook
 def parting(s: State, a: int, b: int, p: int) -> Change:
-    """The corner tile at port ``p`` of a, an R, and b, an L, collapses: the bodies come to stand side by side
+    """Collapses the corner tile at port ``p`` of a, an R, and b, an L: the bodies are now side by side
     (thesis, figure 14, read backwards)."""
     tiles = separate(s, a, b, p)
     return Change(tiles, Pair(end(s, a, UPPER), end(s, a, LOWER)))
@@ -122,9 +122,9 @@ def parting(s: State, a: int, b: int, p: int) -> Change:
 
 @hook
 def passing(s: State, a: int, b: int, p: int) -> Change:
-    """The tile of inner port ``p`` of bound a and OUTER of bound b collapses (thesis, figure 15).
+    """Collapses the tile of inner port ``p`` of bound a and OUTER of bound b (thesis, figure 15).
 
-    One rule for L and R bounds, above and below; once more, with the roles exchanged, it undoes itself.
+    One rule serves L and R bounds, above and below. Applied again with the roles exchanged, it undoes itself.
     """
     o = opposite(p)
     beyond_a = facing(s, port(a, OUTER))
@@ -146,10 +146,10 @@ def passing(s: State, a: int, b: int, p: int) -> Change:
 
 @hook
 def flip(s: State, a: int, b: int, p: int) -> None:
-    """The vertical order of the corner tile at port ``p`` of a, an R, and b, an L, fails: the two bodies
-    exchange top and bottom, in place.
+    """Exchanges the two bodies of the corner tile at port ``p`` of a, an R, and b, an L, as top and bottom,
+    in place: the vertical order of the tile fails.
 
-    Parting and meeting at once; the pairs in sight of each other stay the same.
+    It is a parting and a meeting at once; the pairs in sight of each other stay the same.
     """
     separate(s, a, b, p)
     join(s, a, b, opposite(p))
@@ -168,13 +168,13 @@ def collapse(k: Kernel, s: State, p: int, q: int) -> Change:
 
 @hook
 def where(k: Kernel, p: int) -> float:
-    """Returns where the bound of a port is now, along x."""
+    """Returns the present position of a port's bound along x."""
     return float(position_at(k, k.bodies[body_of(p)], k.clock[0].now)[0] + edge_of(k, p))
 
 
 @hook
 def width(k: Kernel, s: State, p: int) -> float:
-    """Returns how wide the tile of a left port is now, between two bounds of bodies."""
+    """Returns the present width of a left port's tile, between two bounds of bodies."""
     q = facing(s, p)
     apart = where(k, q) - where(k, p)
     if len(s.turns) > 0:
@@ -184,8 +184,8 @@ def width(k: Kernel, s: State, p: int) -> float:
 
 @hook
 def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
-    """Returns by how much x lies within the tile of a left port, if the tile's top and bottom are above and
-    below a body; else less than any number."""
+    """Returns the depth of x inside the tile of a left port, if the tile's top and bottom are above and below
+    a body; else -inf."""
     n = len(s.level)
     q = facing(s, p)
     top = over(s, p, UPPER)
@@ -202,8 +202,8 @@ def room_in(k: Kernel, s: State, p: int, body: int, x: float) -> float:
 
 @hook
 def tile_for(k: Kernel, s: State, body: int) -> int:
-    """Returns the left port of the tile in which the leftmost point of a body lies; of tiles that rounding
-    lets it lie in, the one in which it lies deepest."""
+    """Returns the left port of the tile that contains the leftmost point of a body; if by rounding several
+    tiles contain it, of the tile with the point deepest inside."""
     x = where(k, left_bound(body))
     best = port(right_bound(len(s.level)), OUTER)
     most = -float("inf") if len(s.turns) > 0 else room_in(k, s, best, body, x)
@@ -220,7 +220,7 @@ def tile_for(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def turns_into(k: Kernel, s: State, p: int, bound: int) -> int:
-    """Returns through how many periods the link from a left port to a bound within its tile leads."""
+    """Returns the number of periods along the link from a left port to a bound within its tile."""
     if len(s.turns) == 0:
         return 0
     half = 0.5 * width(k, s, p)
@@ -233,7 +233,7 @@ def turns_into(k: Kernel, s: State, p: int, bound: int) -> int:
 
 @hook
 def lay(s: State, body: int, top: int, bottom: int) -> None:
-    """Lays the line of a body between a top and a bottom: its two inner tiles, and what its bounds meet."""
+    """Lays the line of a body between a top and a bottom: links two inner tiles, sets its bounds' ends."""
     left = left_bound(body)
     right = right_bound(body)
     for side in (UPPER, LOWER):
@@ -249,7 +249,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)
-    if len(s.turns) > 0 and k.clock[0].present == 1:  # alone on a cylinder, where there is no tile to cut
+    if len(s.turns) > 0 and k.clock[0].present == 1:  # alone on a cylinder, which has no tile to cut
         lay(s, body, n, n + 1)
         link(s, port(right, OUTER), port(left, OUTER), 1)
         watch_around(k, s, body)
@@ -272,7 +272,7 @@ def enter(k: Kernel, s: State, body: int) -> None:
 @unchecked
 @hook
 def leave(k: Kernel, s: State, body: int) -> None:
-    """Removes a body: its R moves left to its L, and the line of no length is taken out of its tile."""
+    """Removes a body: its R moves left to its L, and the line of no length is removed from its tile."""
     n = len(s.level)
     left = left_bound(body)
     right = right_bound(body)

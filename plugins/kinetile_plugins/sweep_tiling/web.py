@@ -1,19 +1,19 @@
-"""The web of bounds: what sweep-tiling stores.
+"""The web of bounds: the stored structure of sweep-tiling.
 
-docs/sweep-tiling.md has its terms: bounds and tiles, the ports and ends of a bound, the tile as a link. All
-of it is one array of integers, ``web``. Bound 2b is L of body b, bound 2b + 1 its R; a bound owns eight
+docs/sweep-tiling.md defines the terms: bounds and tiles, the ports and ends of a bound, the tile as a link.
+The web is one array of integers, ``web``. Bound 2b is L of body b, bound 2b + 1 its R; a bound owns eight
 places:
 
     8 * bound + 0, 1, 2   the port linked to its OUTER, UPPER, LOWER port
     8 * bound + 6, 7      its ends above and below
-    8 * bound + 3, 4, 5   for its left ports: whether that tile would fail by a flip
+    8 * bound + 3, 4, 5   for its left ports: 1 if that tile would fail by a flip
 
-The one tile more than three a body belongs to the arena's left edge, an R bound without a body, as the right
-edge is an L bound without one. A port is known by the place that holds its link, and a bound by its first
-place, that of its port OUTER. The two bounds of a body share a cache line. Only the hooks below use these
-numbers: the rules are about bodies, bounds, ports, ends and tiles, and a tile is known by its left port.
-
-On a cylinder a link has the number of its periods, between unwrapped places; without a body there is no tile.
+Each body owns three tiles. One more tile belongs to the arena's left edge, an R bound without a body; the
+right edge is an L bound without a body. The number of a port is the place of its link, and the number of a
+bound is its first place, the link of its port OUTER. The two bounds of a body share a cache line. Only the
+hooks below use these numbers. The rules are about bodies, bounds, ports, ends and tiles; a tile has the
+number of its left port. On a cylinder a link has the number of its periods, between unwrapped places; without
+a body there is no tile.
 """
 
 from typing import NamedTuple
@@ -24,31 +24,31 @@ import numpy.typing as npt
 from kinetile.toolbox import NEVER, Kernel, Records, hook, prefetch, record_table, unchecked
 
 OUTER, UPPER, LOWER = 0, 1, 2
-"""Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns: those at
-R.OUTER, L.UPPER and L.LOWER, its left ports."""
+"""Ports of a bound, and sides of a body; also the numbers of the three tiles that a body owns, at its left
+ports R.OUTER, L.UPPER and L.LOWER."""
 
 ENDS, FLIPS = 5, 3
-"""Places of a bound's ends in its eight, counted from a side, and of a tile's flip, from its port."""
+"""Offsets in a bound's eight places: of its ends, counted from a side; of a tile's flip, from its port."""
 
 RANK, COLUMN = 3, 4
-"""Places of a bound's rank in the last construction, and of its period, in its eight of ``turns``."""
+"""Offsets in a bound's eight places of ``turns``: of its rank in the last construction; of its period."""
 
 
 class State(NamedTuple):
-    """The web, when its tiles fail, and what the static construction needs.
+    """The web, the ticks of its failing tiles, and the arrays of the static construction.
 
     As ends, body n is TOP and body n + 1 BOTTOM; the arena's edges are the bounds of body n.
     """
 
     web: Records  # (16 (n + 1),) links and ends
-    due: Records  # (4 (n + 1),) when a body's tiles at R.OUTER, L.UPPER, L.LOWER fail, and NEVER
+    due: Records  # (4 (n + 1),) the ticks of a body's tiles at R.OUTER, L.UPPER, L.LOWER, and NEVER
     sweep: Records  # (2n,) the bounds from left to right, at the last construction
     level: Records  # (n,) rank of each body from bottom to top, at the last construction
     at_level: Records  # (n,) the body of each rank
-    status: Records  # (2m,) tree over the ranks: which bodies are on the sweep line
-    opened: Records  # (n + 1,) the left port that is open above each body; n: above BOTTOM
-    limits: Records  # (2,) how narrow a tile counts as of no width: for ties, and for flips
-    # as web, where x is periodic, else empty: the periods from a port's bound to the linked one
+    status: Records  # (2m,) tree over the ranks: 1 for bodies on the sweep line
+    opened: Records  # (n + 1,) the open left port above each body; n: above BOTTOM
+    limits: Records  # (2,) the width below which a tile counts as of no width: for ties, and for flips
+    # as web if x is periodic, else empty: the periods from a port's bound to the linked bound
     turns: Records
 
 
@@ -77,7 +77,7 @@ def bounds(bodies: int) -> npt.NDArray[np.int32]:
 
 @hook
 def link(s: State, p: int, q: int, turns: int) -> None:
-    """Makes two ports the two sides of one tile, the second of them ``turns`` periods on."""
+    """Makes two ports the two sides of one tile, the second port ``turns`` periods on."""
     s.web[p] = q
     s.web[q] = p
     if len(s.turns) > 0:
@@ -87,104 +87,104 @@ def link(s: State, p: int, q: int, turns: int) -> None:
 
 @hook
 def turns_to(s: State, p: int) -> int:
-    """Through how many periods a port's link leads, between unwrapped places."""
+    """Returns the number of periods along a port's link, between unwrapped places."""
     return int(s.turns[p]) if len(s.turns) > 0 else 0
 
 
 @hook
 def left_bound(body: int) -> int:
-    """L of a body; of body n it is the arena's right edge."""
+    """Returns L of a body; for body n, the arena's right edge."""
     return 16 * body
 
 
 @hook
 def right_bound(body: int) -> int:
-    """R of a body; of body n it is the arena's left edge."""
+    """Returns R of a body; for body n, the arena's left edge."""
     return 16 * body + 8
 
 
 @hook
 def port(bound: int, side: int) -> int:
-    """The port of a bound on a side."""
+    """Returns the port of a bound on a side."""
     return bound + side
 
 
 @hook
 def opposite(side: int) -> int:
-    """LOWER for UPPER, UPPER for LOWER."""
+    """Returns LOWER for UPPER, UPPER for LOWER."""
     return 3 - side
 
 
 @hook
 def side_of(p: int) -> int:
-    """Which of its bound's ports a port is: OUTER, UPPER or LOWER."""
+    """Returns the side of a port: OUTER, UPPER or LOWER."""
     return p & 7
 
 
 @hook
 def bound_of(p: int) -> int:
-    """The bound of a port."""
+    """Returns the bound of a port."""
     return p & ~7
 
 
 @hook
 def body_of(p: int) -> int:
-    """The body of a bound or a port; n: it is an edge of the arena."""
+    """Returns the body of a bound or a port; n for an edge of the arena."""
     return p >> 4
 
 
 @hook
 def is_right_bound(p: int) -> bool:
-    """Whether a bound, or the bound of a port, is an R."""
+    """Returns True if a bound, or the bound of a port, is an R."""
     return p & 8 != 0
 
 
 @hook
 def is_inner(p: int) -> bool:
-    """Whether a port is UPPER or LOWER."""
+    """Returns True if a port is UPPER or LOWER."""
     return p & 7 != OUTER
 
 
 @hook
 def facing(s: State, p: int) -> int:
-    """The port at the other side of a port's tile."""
+    """Returns the port at the other side of a port's tile."""
     return int(np.int64(s.web[p]))  # compiled, int alone would leave it 32 bits wide
 
 
 @hook
 def end(s: State, bound: int, side: int) -> int:
-    """The body, or TOP or BOTTOM, that a bound's line meets on a side."""
+    """Returns the body, or TOP or BOTTOM, that a bound's line meets on a side."""
     return int(np.int64(s.web[bound + ENDS + side]))
 
 
 @hook
 def set_end(s: State, bound: int, side: int, body: int) -> None:
-    """From now on a bound's line meets this body on that side."""
+    """Sets the body that a bound's line meets on a side."""
     s.web[bound + ENDS + side] = body
 
 
 @hook
 def own_tile(body: int, which: int) -> int:
-    """One of the three tiles that a body owns."""
+    """Returns one of the three tiles that a body owns."""
     return right_bound(body) if which == OUTER else left_bound(body) + which
 
 
 @hook
 def due_of(s: State, body: int, which: int) -> int:
-    """When one of the three tiles that a body owns fails."""
+    """Returns the tick at which one of the three tiles that a body owns fails."""
     return int(s.due[4 * body + which])
 
 
 @hook
 def set_due(s: State, tile: int, tick: int, by_order: bool) -> None:
-    """Notes when a tile fails, and whether by its vertical order or its width."""
-    s.due[4 * body_of(tile) + (tile & 3)] = tick  # side_of, in two bits: that the shift is short saves time
+    """Notes the tick at which a tile fails, by its vertical order (``by_order``) or by its width."""
+    s.due[4 * body_of(tile) + (tile & 3)] = tick  # side_of, in two bits: the short shift saves time
     s.web[tile + FLIPS] = by_order
 
 
 @hook
 def fails_by_order(s: State, tile: int) -> bool:
-    """Whether a tile would fail by its vertical order."""
+    """Returns True if a tile would fail by its vertical order."""
     return bool(s.web[tile + FLIPS])
 
 
@@ -203,25 +203,25 @@ class Tiles(NamedTuple):
     third: Tile
 
 
-# The walk around a body goes over it and under it from left to right, tile by tile (thesis, section 5.1). It
-# finds the bodies in sight, those on the other side of these tiles. Nearness is not stored anywhere else.
+# The walk around a body visits the tiles over it and under it from left to right (thesis, section 5.1). It
+# finds the bodies in sight, on the other side of these tiles. Nearness is not stored anywhere else.
 
 
 @hook
 def over(s: State, p: int, side: int) -> int:
-    """The body that a tile has on a side, its top or its bottom, by the bound of its left port."""
+    """Returns the body on a side of a tile, its top or its bottom, by the bound of its left port."""
     return body_of(p) if side_of(p) == opposite(side) else end(s, bound_of(p), side)
 
 
 @unchecked
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Names the bodies on the other side of the tiles over a body, then of those under it.
+    """Names the bodies on the other side of the tiles over a body, then of the tiles under it.
 
-    The walk leaves an L bound on the body by its other inner port, an R bound by its outer.
+    The walk leaves an L bound on the body by the bound's other inner port, an R bound by its outer port.
     """
     n = len(s.level)
-    left = 3 * n + 1  # there are no more tiles: a web that is broken leads no further
+    left = 3 * n + 1  # there are no more tiles: the walk ends in a broken web, too
     count = 0
     for side in (UPPER, LOWER):
         p = own_tile(body, side)
@@ -244,7 +244,7 @@ def near(k: Kernel, s: State, body: int) -> int:
 @unchecked
 @hook
 def soon(k: Kernel, s: State, body: int, stage: int) -> None:
-    """Prefetches a body's bounds; then plans and bounds of those in sight; then their queue entries."""
+    """Prefetches a body's bounds; then plans and bounds of the bodies in sight; then their queue entries."""
     first = port(left_bound(body), OUTER)
     if stage == 0:
         prefetch(s.web, first)
