@@ -93,8 +93,7 @@ class Moment:
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
     def accelerations(self) -> Floats:
-        """Returns the accelerations, (n, 2), in the order of ``bodies``: for a held body, the remaining
-        part."""
+        """Returns the accelerations, (n, 2), in the order of ``bodies``: of a held body, the rest."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, AcceleratedPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)
