@@ -41,7 +41,7 @@ def encounters(trajectory: Trajectory) -> Rows:
         if a < b:
             found.append(_Encounter(places, a, b, row, [each.image for each in several]))
             several.append(found[-1])
-        else:  # a passing that parts through one image is nearer through the others
+        else:  # two that part through one image are nearer through the others
             ended = max(several, key=lambda each: each.distance(row))
             ended.end = row
             several.remove(ended)

@@ -38,9 +38,9 @@ _ROWS_A_GROUP = 1 << 17
 
 
 class Recovered(NamedTuple):
-    """An event file made from a log: ``status`` is "killed", or the status that the run could still write;
-    ``time`` is the time of its end; ``left_over`` is the number of bytes at the log's end that are no whole
-    batch; ``kept`` is True if the log still exists."""
+    """An event file made from a log: ``status`` is "killed", or the status that the run still wrote; ``time``
+    is its end; ``left_over`` is the number of bytes at the log's end that are no whole batch; ``kept`` is
+    True if the log still exists."""
 
     path: Path
     rows: int
@@ -53,10 +53,9 @@ class Recovered(NamedTuple):
 def recover(
     path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Recovered:
-    """Makes an event file from FILE.partial, the log of a killed run, with the status "killed". If the run
-    ended, but could not make its event file, the file has all rows and the status of that end. Without
-    ``out`` it becomes FILE, and FILE.partial is removed, unless it has unreadable bytes; with ``out`` it
-    stays.
+    """Makes an event file from FILE.partial, the log of a killed run, with the status "killed". If a run
+    ended without making its event file, it has all rows and the status of that end. Without ``out`` it
+    becomes FILE, and FILE.partial is removed, unless it has unreadable bytes; with ``out`` it stays.
 
     Raises MissingExtra without pyarrow, and RecordError if the run is still active, if this is no such file
     or holds no batch of rows, and if the event file exists already (unless ``overwrite``) or cannot be

@@ -83,8 +83,8 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
     """Excludes other writers, within this context, of a file that is replaced repeatedly, by a lock on
-    FILE.lock, which is then removed; RecordError if there is another writer. If locks, or FILE.lock, cannot
-    be had, it excludes nobody."""
+    FILE.lock, which is then removed; RecordError if there is another writer. Without locks, or if FILE.lock
+    cannot be made, it excludes nobody."""
     target = Path(os.path.realpath(path))
     name = target.with_name(target.name + ".lock")
     held, process = None, os.getpid()

@@ -216,7 +216,7 @@ class Seal:
 
 
 class LogFile:
-    """An empty file, written from front to back; a write that fails leaves it as it was before."""
+    """An empty file, written from front to back; a failed write leaves it unchanged."""
 
     def __init__(self, descriptor: int) -> None:
         self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115 - `close` does
@@ -224,7 +224,7 @@ class LogFile:
 
     @property
     def closed(self) -> bool:
-        """Whether the file is closed."""
+        """True if the file is closed."""
         return self._file.closed
 
     def write(self, *parts: bytes | memoryview) -> None:
@@ -245,7 +245,7 @@ class LogFile:
         self._file.close()
 
     def go_to(self, position: int) -> None:
-        """Continues from a position in the file; the rest is discarded."""
+        """Continues from a position in the file; discards the rest."""
         os.ftruncate(self._file.fileno(), position)
         self._file.seek(position)
         self.position = position
@@ -255,18 +255,18 @@ class LogFile:
         os.fsync(self._file.fileno())
 
     def reader(self) -> BinaryIO:
-        """Returns the file to be read from its beginning; until that is closed, nothing can be written."""
+        """Returns the file for reading from its beginning; nothing can be written until that is closed."""
         reader = open(self._file.fileno(), "rb", closefd=False)  # noqa: SIM115 - the caller closes it
         reader.seek(0)
         return reader
 
     @property
     def gone(self) -> bool:
-        """Whether the file has been deleted while it was open."""
+        """True if the file has been deleted while it was open."""
         return os.fstat(self._file.fileno()).st_nlink == 0
 
     def is_at(self, path: Path) -> bool:
-        """Whether a path means this file."""
+        """Returns True if a path means this file."""
         try:
             return os.path.samestat(os.fstat(self._file.fileno()), path.stat())
         except OSError:
