@@ -421,8 +421,7 @@ def read_insertions(
 ) -> tuple[Rows, bool]:
     """Returns the commands that insert bodies now, in a run to a time, and True if they need a wider scene.
     ``each`` has the other fields of an insertion: one for all, or a sequence of one for each. ValueError,
-    which names the body, for values that a scene would refuse. It does not check that bodies are inside the
-    walls."""
+    with the body, for values that a scene would refuse. It does not check that walls contain bodies."""
     try:
         given = np.asarray(positions)
         if given.dtype.kind not in "iufO":  # NumPy converts text and complex numbers

@@ -37,13 +37,12 @@ class QueryableMoment(Moment):
     @answering
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
         """Returns the contact of two bodies by their present flight plans, as the future row of ``contacts``,
-        exact to the tick; None if they do not meet.
+        to the tick; None if they do not meet.
 
         Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
         has a new plan. For two that pass through each other, the row is the end of the passing, with a > b.
-        The search covers 1,024 units of the clock (``time_unit``) from the later of their last changes. If
-        axes are periodic, it covers 1,000 from now, or until a body has crossed 4,096 periods for another
-        one.
+        The search covers 1,024 units of the clock (``time_unit``) from the later of their last changes; if
+        axes are periodic, 1,000 from now, or until a body has crossed 4,096 periods for another one.
 
         ``scheduled``: only without interference: by the present plans it is the first contact of both bodies,
         walls included, and no command changes one of them before. Raises ValueError if a and b are one body.

@@ -186,9 +186,9 @@ class CommandSupport(IntEnum):
 
 @dataclass(frozen=True)
 class Composition:
-    """The phases of a simulation, with options, and their parts, ``prepared`` for a scene. Without ``pair``,
-    bodies pass through each other; without ``wall``, there are no walls; without ``rules``, all is
-    elastic."""
+    """The phases of a simulation, with options, and their parts, ``prepared`` for a scene. Bodies pass
+    through each other without ``pair``; there are no walls without ``wall``; all is elastic without
+    ``rules``."""
 
     broad_phase: str
     options: PhaseOptions
@@ -254,8 +254,7 @@ class Composition:
         return compose(advance, self.parts(commands), self.label, type(self.broad.state))
 
     def carrying_out(self) -> Callable[..., Any]:
-        """Returns the function that runs one command alone, for a broad phase that cannot insert or
-        remove."""
+        """Returns the function that runs one command alone, for a broad phase without insertions."""
         parts = self.parts(CommandSupport.ALL) | {"LIVING": True, "enter": NOTHING[3], "leave": NOTHING[3]}
         return compose(run_one_command, parts, f"command_{self.label}", type(self.broad.state))
 
