@@ -400,9 +400,9 @@ def _of_partners(k: Kernel, known: Integers, meetings: Integers, images: Integer
 
 
 def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
-    """Coverage: in every near pair, the body whose prediction included the other last has a bound at or
-    before their contact: ``tick`` for its partner, while that keeps its plan, and ``guard`` for all others.
-    If the bound is the contact's tick, its entry precedes the pair's turn."""
+    """Coverage: in every near pair, the body whose prediction included the other last has a bound not after
+    their contact: ``tick`` for its partner, while that keeps its plan, and ``guard`` for all others. If its
+    entry is due at the contact's tick, it precedes the pair's turn."""
     queue, number = k.queue, k.queue.number.astype(np.int64)
     stamp, n = k.stamps, int(number.max(initial=0)) + 1
     places = np.sort(number[near], axis=1)
