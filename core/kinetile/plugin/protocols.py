@@ -396,7 +396,7 @@ def _broad_mistakes(parts: BroadPhaseParts) -> Iterator[str]:
         if not isinstance(ticks, np.ndarray) or ticks.dtype != np.int64:
             yield f"ticks has {_shown(ticks)} in it; expected arrays of int64"
     faults: Any = parts.faults
-    wanted = "expected a tuple of sentences, in which {a} and {b} are the numbers given to blame"
+    wanted = "expected a tuple of sentences, with {a} and {b} for the numbers given to blame"
     if not isinstance(faults, tuple | list):
         yield f"faults is {_shown(faults)}; {wanted}"
         return

@@ -78,7 +78,7 @@ def _read(path: Path) -> tuple[Array, list[str]]:
     pa, pq = pyarrow_modules()
     partial, left = f"{path}{PARTIAL}", ""
     if not os.path.exists(path) and os.path.exists(partial):
-        left = f"; `kinetile recover {partial}` makes it of what a run has left"
+        left = f"; `kinetile recover {partial}` makes it from the log of a run"
     with record_errors(f"{path} cannot be read as an event file", left, of=Exception):
         check_regular(path)
         if is_log(path):

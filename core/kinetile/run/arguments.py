@@ -123,14 +123,14 @@ def read_cast(
 ) -> tuple[Point, Outline, Point, Point]:
     """Returns place, core and radius, velocity, and acceleration of a cast body, for ``horizon`` of the
     scene's time if axes are periodic; ValueError for anything else."""
-    place, outline = read_outline(body, "what is cast")
+    place, outline = read_outline(body, "a cast body")
     vx, vy = read_point(velocity, "a velocity")
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
     pull = scene.gravity if acceleration is None else read_point(acceleration, "an acceleration")
     for mistake in check_pull("", pull, scene.periodic):
-        raise ValueError(f"the acceleration of what is cast is {mistake.found}; expected {mistake.expected}")
+        raise ValueError(f"the acceleration of a cast body is {mistake.found}; expected {mistake.expected}")
     return place, outline, (vx, vy), pull
 
 
@@ -222,7 +222,7 @@ def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
     try:
         number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
     except TypeError:
-        named = f": sim.number({shown(body)}) is that of a name" if isinstance(body, str) else ""
+        named = f": sim.number({shown(body)}) is the number of a name" if isinstance(body, str) else ""
         raise TypeError(f"a body goes by its number; found {shown(body)}{named}") from None
     # The table of slots also has room for numbers that are not in use yet: they are ignored.
     is_there = 0 <= number < engine.numbers and engine.k.slots[number] >= 0
@@ -392,7 +392,7 @@ def check_name(name: str, known: Mapping[str, int]) -> None:
     if wrong := VALUES["name"].expected(name):
         raise _cannot_come(f"its name is {shown(name)}, expected {wrong}")
     if name in known:
-        raise _cannot_come(f"its name is {name!r}, that of body {known[name]}; expected another name")
+        raise _cannot_come(f"its name is {name!r}, the name of body {known[name]}; expected another name")
 
 
 def _cannot_come(why: str) -> ValueError:

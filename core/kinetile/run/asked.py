@@ -128,7 +128,7 @@ class QueryableMoment(Moment):
         doubles. Raises ValueError without ``radius`` and ``k``, or for an invalid point, length or number.
         """
         if radius is None and k is None:
-            raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
+            raise ValueError("bodies_near needs a distance or a number: radius=, k= or both")
         centre = arguments.read_point(point, "a point")
         length = None if radius is None else arguments.read_length(radius, "radius")
         count = None if k is None else read_count(k, "k")

@@ -449,16 +449,16 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: PhaseOptions | No
 def _demand_accelerations(narrow: Mapping[str, PairParts | WallParts]) -> None:
     for name, parts in narrow.items():
         if not parts.accelerated or parts.touch is None:
-            lacks = "does not know accelerations (accelerated=True)"
+            lacks = "does not support accelerations (accelerated=True)"
             if parts.accelerated:
-                lacks = "does not say along which line bodies touch (touch)"
+                lacks = "does not give the normal of a contact (touch)"
             raise Refused(f"{described('narrow phase', name)} {lacks}, and bodies of this scene have some")
 
 
 def _demand_periodic(
     scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: Mapping[str, PairParts | WallParts]
 ) -> None:
-    message = f"does not know images (periodic=True), and this scene is periodic along {scene.periodic}"
+    message = f"does not support images (periodic=True), and this scene is periodic along {scene.periodic}"
     for name, parts in narrow.items():
         if isinstance(parts, PairParts) and not parts.periodic:
             raise Refused(f"{described('narrow phase', name)} {message}")

@@ -144,8 +144,8 @@ class _Observation:
         if getattr(self.observable, "keeps", None) is not None:
             return ""
         return (
-            f"{described('observable', self.name)} does not name in keeps what a saved run is to hold of it, "
-            "so it cannot go on from one"
+            f"{described('observable', self.name)} does not list in keeps the values for a saved run, "
+            "so it cannot continue from one"
         )
 
     @property

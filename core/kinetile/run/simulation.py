@@ -805,12 +805,12 @@ class Simulation(QueryableMoment):
             return None if isinstance(observe, tuple) and not observe else Observers(self.scene, observe)
         if observe is not self.observed:
             raise BadOption(
-                "observe has what another run has observed: expected observables by their names, or "
-                "observe=sim.observed of this simulation, to go on with what it has measured last"
+                "observe is the result of another run: expected observables by their names, or "
+                "observe=sim.observed of this simulation, to continue its last measurements"
             )
         if not observe:
             raise BadOption(
-                "observe=sim.observed goes on with what was observed last, and nothing was: expected "
+                "observe=sim.observed continues the last observation, and there is none: expected "
                 "observables by their names, such as observe=['pressure']"
             )
         return self._observers

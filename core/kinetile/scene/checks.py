@@ -156,7 +156,7 @@ class Extent(NamedTuple):
 def name_alone(text: str, table: str) -> str:
     """Returns the text after "expected" for a name with options, which belong into a table."""
     name, _, _ = text.partition(":")
-    return f"the name alone, {name!r}: what is behind the colon belongs in the table {table}"
+    return f"the name alone, {name!r}: the text after the colon belongs in the table {table}"
 
 
 def check_name(where: str, name: str, *kinds: PluginKind) -> list[Mistake]:

@@ -215,7 +215,7 @@ def _note_name(known: dict[str, int], name: Any, body: Any, where: str, mistakes
     if name is not None:
         wrong = VALUES["name"].mistakes(name, where)
         if not wrong and known.setdefault(name, body) != body:
-            wrong = [Mistake(where, shown(name), f"another name: it is that of body {known[name]}")]
+            wrong = [Mistake(where, shown(name), f"another name: it is the name of body {known[name]}")]
         mistakes += wrong
 
 

@@ -79,7 +79,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         return PhaseError(f"{at} {_bad_response(k, composition, fault, slots, named)}")
     if fault == tables.STALLED:
         return StalledError(
-            f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
+            f"{at} {phase} makes no progress: its certificates, the last one of body {a}, "
             "fail again and again at the same moment"
         )
     if fault >= tables.MY_FAULT:

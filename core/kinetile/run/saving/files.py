@@ -161,7 +161,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
     sha256.update(bytes(_CHECKSUM))
     if sha256.hexdigest().encode() != content[-_CHECKSUM:]:
         raise RecordError(
-            f"{name} is damaged, or cut off: its checksum does not fit what is in it; nothing was made of it"
+            f"{name} is damaged, or cut off: its checksum does not fit its content; nothing was read from it"
         )
     try:
         with zipfile.ZipFile(BytesIO(content)) as members:
@@ -317,7 +317,7 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
         digest = Fingerprint()
         digest.update(met.tobytes())
     if digest.hexdigest() != content["fingerprint"]:
-        raise ValueError("its fingerprint is not that of its contacts")
+        raise ValueError("its fingerprint does not fit its contacts")
     pending = _rows(arrays, "pending_events", CONTACT_ROW)
     if not ((pending["a"] >= 0) & (np.maximum(pending["a"], pending["b"]) < numbers)).all():
         raise ValueError("a contact is of a body that has never been there")

@@ -173,7 +173,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     held = np.stack([plans["support"], plans["second"]], axis=-1)
     known = np.isin(held, number) | (held < 0)
     if not (supports <= 2 * scene.resting).all() or not known[np.arange(2) < supports[:, None]].all():
-        yield "a body is held by what is not there"
+        yield "a body has an absent support"
     if scene.resting and not (plans["ledge"] >= now).all():
         yield "a body has not left its support"
     pull = state.pull or scene.pull
