@@ -44,8 +44,8 @@ def _bits(rows: Array) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The data in which two runs of a scene must agree. ``ended`` is "ran", or the error that ended the run,
-    with its message; ``bodies`` are the numbers of the bodies in ``positions`` and ``velocities``."""
+    """The data that two runs of a scene must have in common. ``ended`` is "ran", or the error that ended the
+    run, with its message; ``bodies`` are the numbers of the bodies in ``positions`` and ``velocities``."""
 
     contacts: Rows
     ended: str
@@ -67,8 +67,7 @@ class Divergence:
     counts contacts from 0), "end" or "body" (``index`` is the body, at the end).
 
     ``expected`` and ``found`` are rows with exact ticks, or None without such a contact; ``before`` is the
-    last contact on which both agree; ``judged`` names the right contact, if a plugin can decide
-    (``JUDGES_GROUP``).
+    last common contact; ``judged`` names the right contact, if a plugin can decide (``JUDGES_GROUP``).
     """
 
     reference: str

@@ -189,7 +189,7 @@ class MissedContactError(_OfBodies):
 
 
 class PhaseError(KinetileError, RuntimeError):
-    """A phase or a response broke the protocol; the message names it and what it did."""
+    """A phase or a response broke the protocol; the message names it and the fault."""
 
 
 class BusyError(KinetileError, RuntimeError):
@@ -219,7 +219,7 @@ class BadPlugin(KinetileError, TypeError):
 
 
 class RecordError(KinetileError, OSError):
-    """An event file cannot be written or read; the message says how much of it was kept."""
+    """An event file cannot be written or read; the message names the kept part."""
 
 
 class AuditError(KinetileError, AssertionError):

@@ -1,4 +1,4 @@
-"""The versions on which a result depends: kinetile, Python, NumPy, and the compiler Numba."""
+"""Versions that a result depends on: kinetile, Python, NumPy, and the compiler Numba."""
 
 __version__ = "0.1.0"
 

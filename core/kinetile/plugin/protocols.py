@@ -1,4 +1,4 @@
-"""Protocols of phases and responses: what hooks receive, what they may change, what must hold afterwards.
+"""Protocols of phases and responses: the arguments of hooks, their allowed changes, and the invariants.
 
 A phase is a class. It is made with its options as keyword arguments, and its ``prepare`` is called once and
 returns its parts: hooks (functions marked with ``kinetile.toolbox.hook``), which become part of the compiled
@@ -96,7 +96,7 @@ class BroadPhaseParts:
     that overlap); "": no such structure.
 
     ``pairs`` is the initial room of the pair set, in pairs (``add_pair``, ``remove_pair``, ``pairs_of``); it
-    grows when necessary. ``skin_limit`` is the thickest skin, a length, with which the phase is right; None:
+    grows when necessary. ``skin_limit`` is the thickest skin, a length, that keeps the phase right; None:
     any. A scene that needs a thicker skin is refused.
 
     ``walled``: the phase is right only while walls keep all bodies in an arena. ``solid``: it is right only

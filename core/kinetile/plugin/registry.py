@@ -276,7 +276,7 @@ def sentence(error: BaseException) -> str:
 
 
 def defined_at(function: Any) -> str:
-    """Returns file and line of a function, as the end of a message; "" if it has none."""
+    """Returns file and line of a function, as the end of a message; "" without them."""
     code = getattr(getattr(function, "py_func", function), "__code__", None)
     return "" if code is None else f" ({Path(code.co_filename).name}, line {code.co_firstlineno})"
 

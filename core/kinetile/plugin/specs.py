@@ -1,4 +1,4 @@
-"""Specs of phases, responses, scenes and observables, and the hooks by which plugins offer them.
+"""Specs of phases, responses, scenes and observables, and the hooks that plugins offer them with.
 
 The target of a spec is usually a string, ``"package.module:attribute"``, which is imported only when its name
 is selected; in notebooks and tests it may be the class or the function itself. A plugin is a module (or any

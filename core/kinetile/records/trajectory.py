@@ -101,7 +101,7 @@ class Trajectory:
     @answering
     def read(cls, path: str | os.PathLike[str]) -> "Trajectory":
         """Reads an event file with the scene in it. Raises MissingExtra and RecordError as ``read_events``,
-        and RecordError for a file in which a row before its last one is missing."""
+        and RecordError for a file that lacks a row before its last one."""
         path = Path(path)
         found, scene = _whole(path)
         try:

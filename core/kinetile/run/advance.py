@@ -29,7 +29,7 @@ from kinetile.scene.commands import COMMAND_KINDS, Does, doing
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
-"""The number of empty spans of the clock after which a run without an end in time gives up."""
+"""A run without an end in time gives up after this number of empty spans of the clock."""
 
 MANY, CONTACTS_A_SPAN = 128, 64
 """The number of passed spans, one by one or in a step, after which a unit is advised for a scene with fewer
@@ -74,8 +74,8 @@ class End(NamedTuple):
     events: int = UNLIMITED
 
     def within(self, engine: Engine) -> tuple[int, int, bool]:
-        """Returns the kernel's tick to which the present span of the clock can be run, the number of contacts
-        that this tick may have, and True if the end lies in the span."""
+        """Returns the last tick of the kernel for a run of the present span of the clock, the number of
+        contacts that this tick may have, and True if the end lies in the span."""
         rest = SPAN if self.ticks is None else engine.clock.relative(self.ticks)
         last = rest < SPAN
         return min(rest, SPAN - 1), self.quota if last else UNLIMITED, last
@@ -94,7 +94,7 @@ class Event(NamedTuple):
             event, in ascending order; () at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.
-        kinds: the kinds of ``bodies``, in their order; empty if the scene has none.
+        kinds: the kinds of ``bodies``, in their order; () without kinds in the scene.
     """
 
     time: float
@@ -114,7 +114,7 @@ class Ended(NamedTuple):
         reason: "until"; or the argument that ended it before, "stop_at", "on_contact" (a function has
             returned True), "max_contacts" or "max_events"; or "idle", if a run without an end in time had no
             event for two million time units.
-        event: the contact at which it stopped by ``stop_at`` or ``on_contact``, else None.
+        event: the contact that stopped it by ``stop_at`` or ``on_contact``, else None.
     """
 
     reason: Literal["until", "stop_at", "on_contact", "max_contacts", "max_events", "idle"]
@@ -365,7 +365,7 @@ def _event_of(engine: Engine, head: _Next) -> Event | None:
 
 
 def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
-    """Returns the contact at which the loop stopped, and the contacts that follow it in the log."""
+    """Returns the contact that stopped the loop, and the contacts that follow it in the log."""
     stops = engine.fields.stops
     if not stops.before[0]:
         first, *left = np.asarray(engine.k.met)[stops.row[0] : engine.ledger.latest].tolist()

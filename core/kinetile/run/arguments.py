@@ -535,7 +535,7 @@ def _last(so_far: int, more: Any, name: str) -> int:
 @constructed
 @dataclass(frozen=True)
 class StopAt:
-    """Contacts at which a run stops, at their exact time; by default every contact. For two bodies that pass
+    """Contacts that stop a run at their exact time; by default every contact. For two bodies that pass
     through each other, the contact is the begin of the passing.
 
     Attributes:

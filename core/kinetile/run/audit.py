@@ -203,7 +203,7 @@ part = gap = to_be_filled_in
 
 
 def compute_partings(k: Kernel, pairs: Records, parting: Any) -> None:
-    """Template, as in ``kernel.loop``: writes the tick at which each pair parts."""
+    """Template, as in ``kernel.loop``: writes the tick of each pair's parting."""
     k = disowned(k)
     for at in range(len(pairs)):
         if PERIODIC:
@@ -360,8 +360,8 @@ def _contact_times(k: Kernel, tables: Any, composition: Composition, near: Pairs
 def _computed_again(
     k: Kernel, tables: Any, composition: Composition, pairs: Pairs
 ) -> tuple[Integers, Integers, Integers]:
-    """Returns the ticks at which the pairs meet by their plans, NEVER if barred, the images, (n, 2), through
-    which they meet, and the ticks at which bodies meet walls."""
+    """Returns the ticks of the pairs' contacts by their plans, NEVER if barred, the images, (n, 2), of these
+    contacts, and the ticks of the bodies' contacts with walls."""
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     images = np.zeros((len(pairs), 2), np.int64)
     aside = tables.replaced("clock", k.clock.copy())  # a fault of a narrow phase must not end the run
@@ -430,7 +430,7 @@ reach_wall = to_be_filled_in
 
 
 def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers, walls: Integers) -> None:
-    """Template, as in ``kernel.loop``: writes the ticks at which pairs, and bodies and walls, meet."""
+    """Template, as in ``kernel.loop``: writes the ticks of contacts of pairs, and of bodies and walls."""
     k = disowned(k)
     bodies = k.bodies
     if WALLED:

@@ -26,7 +26,7 @@ the arena; ``"*"`` is every kind. With two kinds, the body of the first kind com
 
 
 class _Call(NamedTuple):
-    """A function, the contacts for which it is called (``WatchedContacts.kinds``), and its key."""
+    """A function, the contacts that call it (``WatchedContacts.kinds``), and its key."""
 
     function: AtContact
     those: npt.NDArray[np.uint8]

@@ -22,8 +22,7 @@ near = to_be_filled_in
 
 
 def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
-    """Template: writes (body, other) for all bodies near each body, while there is room; returns their
-    count."""
+    """Template: writes (body, other) for bodies near each body, while there is room; returns their count."""
     k = disowned(k)
     s = disowned(s)
     count = 0
@@ -38,9 +37,8 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
 
 
 def named_near(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[np.int32]:
-    """Returns (body, other), (m, 2), for all bodies that the broad phase names near each body, without
-    itself. They are in a separate table: a run in another thread uses ``k.near``. ``tables``: ``k``,
-    packed."""
+    """Returns (body, other), (m, 2), for all bodies that the broad phase names near each body, except itself.
+    ``near`` has its own table here: another thread may run with ``k.near``. ``tables``: ``k``, packed."""
     broad, seen, aside = composition.broad, as_seen(k), np.zeros_like(k.near)
     given = tables.replaced("near", aside) if seen is k else seen._replace(near=aside)
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))

@@ -186,9 +186,8 @@ class CommandSupport(IntEnum):
 
 @dataclass(frozen=True)
 class Composition:
-    """The phases of a simulation, with options, and their parts, ``prepared`` for a scene. Bodies pass
-    through each other without ``pair``; there are no walls without ``wall``; all is elastic without
-    ``rules``."""
+    """The phases of a simulation, with options, and their parts, ``prepared`` for a scene. Without ``pair``
+    bodies pass through each other, without ``wall`` there are no walls, without ``rules`` all is elastic."""
 
     broad_phase: str
     options: PhaseOptions

@@ -25,7 +25,7 @@ from kinetile.scene.values import body_numbers
 
 
 class Moment:
-    """The present moment of a run of a ``scene``; what it returns follows the run."""
+    """The present moment of a run of a ``scene``; its results follow the run."""
 
     def __init__(self, scene: Scene, engine: Engine) -> None:
         self.scene = scene

@@ -77,7 +77,7 @@ class Observable:
     """The broad phase whose structure it measures: under another one, its run is refused."""
 
     def prepare(self, scene: Scene) -> None:
-        """Prepares for a scene. Raises Refused for a scene in which the observable has no meaning."""
+        """Prepares for a scene. Raises Refused if the observable has no meaning in it."""
 
     def collect(self, collisions: Collisions) -> None:
         """Receives the contacts of a part of the run, after the first sample."""
@@ -150,7 +150,7 @@ class _Observation:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The state from which it continues, as copies; ``kept`` is None if it cannot be saved."""
+        """The state for continuing, as copies; ``kept`` is None if it cannot be saved."""
         kept = None
         if not self.unsaved:
             with calling("observable", self.name, "keeps", may_refuse=False):
@@ -275,7 +275,7 @@ class Observers:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The state from which they continue, in values that a saved run can hold."""
+        """The state for continuing, in values that a saved run can hold."""
         observed = self._observations
         return {
             "observe": [each.text for each in observed],
@@ -352,7 +352,7 @@ class Observers:
         return collect
 
     def advance(self, end: End, run_to: Callable[[End], Ended]) -> Ended:
-        """Runs to an end by ``run_to``, with a stop at each sample; returns what the last call returns."""
+        """Runs to an end by ``run_to``, with a stop at each sample; returns the last call's result."""
         moment, engine, observed = self._moment, self._engine, self._observations
         ended = None
         if self._first is not None:

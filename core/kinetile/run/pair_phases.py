@@ -37,7 +37,7 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
                 "that takes two shapes decides their contacts; name the one that takes fewer first"
             )
     kinds = [each.kind for each in scene.shapes] or ["disc"]
-    there = range(len(kinds))  # also those of bodies that may be inserted
+    there = range(len(kinds))  # also shapes of bodies that may be inserted
     decides: dict[str, list[tuple[int, int]]] = {}
     for one, other in itertools.product(there, there) if names else ():
         first = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)

@@ -42,7 +42,7 @@ class Readings:
         pairs_max: largest number of pairs in the broad phase's pair set; 0 if it keeps no set.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body (``scene.radius``).
         unaccounted_energy: relative change of kinetic and potential energy by no command and no response.
-        lateness: largest delay with which a structural event was found, in the scene's time.
+        lateness: largest delay of a structural event, in the scene's time.
         cpu_seconds: processor time inside the loop, without compilation.
         python_seconds: the part of ``cpu_seconds`` during which the loop ran as Python.
         compile_seconds: processor time to compile the loop, or to load it.

@@ -136,8 +136,8 @@ class Simulation(QueryableMoment):
             ``recorded`` raises ValueError.
         audit: number of contacts between two audits, which check every invariant in O(n^2); each run ends
             with an audit, too. None: no audits.
-        turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
-            not compile it again.
+        turning: True to compile turns into the loop though the scene plans no turns, so that ``set_velocity``
+            need not compile it again.
         live: True for a program that gives all kinds of commands: they are compiled into the loop, and slots
             are free for inserted bodies, though the scene needs neither.
         room: with ``live``, or if the scene inserts and removes bodies: the number of bodies that can be
@@ -145,13 +145,12 @@ class Simulation(QueryableMoment):
         compiled: True to compile the loop before the first event; False to run hooks as Python, for a
             debugger; None: a run of at most 1,100 bodies whose loop has not been compiled yet begins as
             Python at once, and continues in machine code when another process has compiled the loop; if none
-            can (hooks of ``__main__``, say), this one does after a second. Contacts are the same, bit for
-            bit.
+            can (hooks of ``__main__``, say), it is compiled here after a second. Contacts are bitwise equal.
 
     Raises UnknownName, BadOption for an option that a phase does not have, and Refused.
     """
 
-    # What it is
+    # Construction and properties
 
     @answering
     def __init__(
@@ -749,8 +748,8 @@ class Simulation(QueryableMoment):
             engine, of = self._engine, self._observers
             if not engine.can_go_on:
                 raise RecordError(
-                    "this simulation has ended with a fault and cannot go on, so it is not saved: what was "
-                    "saved before it can be taken up"
+                    "this simulation has ended with a fault and cannot go on, so it is not saved: an "
+                    "earlier save can be resumed"
                 )
             observed = self._saved_observed if of is None else of.state
             phases = SavedPhases.of(engine.composition)

@@ -152,7 +152,7 @@ def read_accelerations(given: Any, bodies: Bodies, unread: Flags | None, mistake
     return found
 
 
-_ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
+_ENOUGH_CHUNKS = 8  # chunks that still count overlaps after the first LIMIT
 
 BODY_COLUMNS = ("position", "velocity", "radius", "mass")
 """The fields of a body that are numbers."""

@@ -323,7 +323,7 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
 
 
 def check_move(position: Coordinates, where: str, extent: Extent) -> list[Mistake]:
-    """Checks the place to which a body of any size is moved; its room is checked when it moves."""
+    """Checks the new place of a moved body of any size; its room is checked when it moves."""
     for place, side, period in zip(position, extent.sides, extent.periods, strict=True):
         far = FARTHEST * period if period else math.inf
         low, high = (0.0, side) if extent.walled and not period else (-far, far)

@@ -441,7 +441,7 @@ def _check_chords(
 def unit_of(
     bodies: Bodies, sides: tuple[float, float] | None, commands: Sequence[Command], pull: tuple[float, float]
 ) -> float:
-    """Returns the power of two, at most 1, in which the clock of a scene counts by default."""
+    """Returns the default unit of a scene's clock, a power of two, at most 1."""
     if len(bodies) == 0 and sides is None:
         return 1.0
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []

@@ -431,9 +431,8 @@ def overlapping_shapes(
     pairs: Integers,
     periods: tuple[float, float] = (0.0, 0.0),
 ) -> Integers:
-    """Returns the pairs whose shapes, or nearest images, overlap, of (k, 2) pairs whose circles overlap. A
-    gap or touch along an axis, beyond rounding, excludes a pair in doubles; the others are decided
-    exactly."""
+    """Returns the (k, 2) ``pairs`` of overlapping circles whose shapes, or nearest images, overlap. A gap or
+    touch along an axis, beyond rounding, excludes a pair in doubles; the others are decided exactly."""
     reaches, shape = table.reaches[bodies], table.index[bodies]
     a, b = pairs.T
     apart = position[b] - position[a]
@@ -461,7 +460,7 @@ def _between(here: float, there: float, period: float) -> Fraction:
 
 
 def overlap(one: Shape, other: Shape, apart: Exact) -> bool:
-    """Returns True if two bodies so far apart overlap, by more than 1e-12 of the sum of their reaches."""
+    """Returns True if two bodies overlap, ``apart`` from each other, by over 1e-12 of their reaches' sum."""
     allowed = Fraction(TOLERANCE) * (Fraction(one.reach) + Fraction(other.reach))
     radii = Fraction(one.radius) + Fraction(other.radius)
     return is_closer(core_difference(one.core, other.core), apart, radii - allowed)

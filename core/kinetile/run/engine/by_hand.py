@@ -92,8 +92,8 @@ def insert_those_with_room(engine: Engine, rows: Rows) -> dict[int, Refused]:
 
 class _Need(NamedTuple):
     """The needs of commands: ``bounds`` with their energy and places, ``commands`` in the loop, and a
-    ``speed`` for which the tables are laid out again, or None. ``loop_alone``: all three are in force, and no
-    other command comes first, so only the loop itself may refuse a command, and then it changes nothing."""
+    ``speed`` for a new layout of the tables, or None. ``loop_alone``: all three are in force, and no other
+    command comes first, so only the loop itself may refuse a command, and then it changes nothing."""
 
     bounds: Bounds
     commands: CommandSupport

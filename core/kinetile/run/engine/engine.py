@@ -91,7 +91,7 @@ CHUNK_SECONDS = 0.2
 FIRST_BUDGET, FIRST_AS_PYTHON = 1 << 12, 1 << 6
 
 UNNOTICED = 0.2
-"""CPU seconds as Python after which another process begins to compile the loop."""
+"""After so many CPU seconds as Python, another process begins to compile the loop."""
 
 
 class WatchedContacts(NamedTuple):
@@ -115,7 +115,7 @@ class Engine(Tables):
         compile_seconds: processor time in the loop, and for compiling or loading it. python_seconds,
         python_events, python_contacts: the part of ``cpu_seconds``, and of the run, as Python. audits: number
         of audits without a violation. busy: a chunk is under way, including the transfer of its log. broken:
-        the error after which this engine cannot continue, or None. passed: the number of moves of the clock's
+        the error that keeps this engine from continuing, or None. passed: the number of moves of the clock's
         base, by a span or many. overlapping: (m, 2) the pairs that overlap at the start and have not begun to
         pass yet.
     """
@@ -366,7 +366,7 @@ class Engine(Tables):
         self._requested = until
 
     def watch(self, stop: WatchedContacts | None) -> None:
-        """Sets the contacts at which the loop stops; None: it does not stop."""
+        """Sets the contacts that stop the loop; None: it does not stop."""
         self.fields.stops.watching[0] = stop is not None
         if stop is None:
             return

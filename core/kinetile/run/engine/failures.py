@@ -31,7 +31,7 @@ _OF_SLOTS = (
     *(tables.LATE_CONTACT, tables.TOO_DEEP, *tables.JAMS, tables.STALLED, tables.NOT_FINITE),
     *(tables.BAD_RESPONSE, tables.ADDED_ENERGY),
 )
-"""Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
+"""Faults of present bodies, which the loop reports by their slots; users have their numbers."""
 
 _BROKEN = {
     tables.BAD_PARTNER: "named body {b} as the first that body {a} meets, which is no body of the scene",

@@ -168,7 +168,7 @@ def _with_passings(k: Kernel, passings: Array, places: npt.NDArray[np.int32]) ->
 
 def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
     """Writes the values that follow from the bounds: the bodies' reach, the validity and accuracy of the
-    common clock, and the radii for which the phases have been prepared."""
+    common clock, and the radii that the phases are prepared for."""
     clock, prepared = k.clock[0], composition.prepared
     limits = clock.limits
     skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
@@ -193,7 +193,7 @@ def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
 
 
 class Renewed(NamedTuple):
-    """Phases, and tables for them, with which a run continues."""
+    """Phases, and tables for them, for the rest of a run."""
 
     composition: Composition
     k: Kernel

@@ -67,10 +67,10 @@ def quiet_spans(
 ) -> int:
     """Returns the number of spans from now, at most ``most``, without a contact of the bodies in some slots.
 
-    No contact can precede the time at which its gap can be closed: between two bodies, through each image,
-    and between a body and the wall ahead, with room for the rounding of new anchors. Two discs that part, or
-    pass each other at more than that room, do not meet (rule 5: where B >= 0). ``walls`` and ``periods``
-    have, for both axes, the position of the far wall, and the period, or 0.
+    No contact can precede the earliest time of a closed gap: between two bodies, through each image, and
+    between a body and the wall ahead, with room for the rounding of new anchors. Two discs that part, or pass
+    each other at more than that room, do not meet (rule 5: where B >= 0). ``walls`` and ``periods`` have, for
+    both axes, the position of the far wall, and the period, or 0.
     """
     bodies = k.bodies.view(np.ndarray).take(taken)
     place, radius, reach = positions_now(k, taken), bodies["radius"], reaches_of(k)[taken]

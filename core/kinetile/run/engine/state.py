@@ -96,7 +96,7 @@ USED = ("cpu_seconds", "compile_seconds", "python_seconds", "python_events", "py
 
 @dataclass(frozen=True, eq=False)
 class RunState:
-    """The state from which an engine begins, and which is saved between two chunks.
+    """The first state of an engine, and the saved state between two chunks.
 
     ``base`` is the clock's base; ``bounds`` are the bounds in force, without extent and skin, which follow
     from the positions of bodies. ``commands`` is the loop's support of commands, ``later`` has commands of

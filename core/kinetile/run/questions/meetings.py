@@ -125,7 +125,7 @@ def cast(
 def _walls(
     query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point
 ) -> list[tuple[int, int]]:
-    """Returns the (tick, wall) at which a cast body meets walls, as far ahead as bodies; walls of x first."""
+    """Returns the contacts (tick, wall) of a cast body, as far ahead as with bodies; walls of x first."""
     clock, (core, r), walls, gaps = query.k.clock[0], outline, list[int](), list[Floats]()
     for axis, side in enumerate((clock.limits.width, clock.limits.height)):
         at, v, a, spots = centre[axis], velocity[axis], pull[axis], [corner[axis] for corner in core]
@@ -228,8 +228,8 @@ def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool =
 
 
 def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
-    """Returns, by the kind of event, the kernel's ticks at which a body meets each of others, and at which
-    they begin or end to pass through each other; NEVER if they do not, or not any more."""
+    """Returns, by the kind of event, the kernel's ticks of a body's contacts with each of others, and of
+    begins and ends of their passings; NEVER without one, or if it is past."""
     pair, passing, k = query.composition.pair, query.composition.passing, query.k
     if pair is None:
         return {}
@@ -264,7 +264,7 @@ def _begin(query: Query, a: int, others: Integers, near: Integers, begins: Integ
 
 
 def wall_of(query: Query, a: int) -> tuple[int, int]:
-    """Returns the tick at which a body meets a wall, and the wall; NEVER if it does not."""
+    """Returns the tick of a body's contact with a wall, and the wall; NEVER without one."""
     wall = query.composition.wall
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
@@ -280,7 +280,7 @@ reach_wall = to_be_filled_in
 
 
 def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
-    """Template (``kernel.loop``): writes the ticks at which a body meets each of others by their plans."""
+    """Template (``kernel.loop``): writes the ticks of a body's contacts with each of others."""
     k = disowned(k)
     barred = NOBODY if PERIODIC or UNEQUAL else barred_with(k, body)
     for i in range(len(others)):
@@ -302,13 +302,13 @@ def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: In
 
 
 def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:
-    """Template: writes the tick at which a body meets a wall, and the wall."""
+    """Template: writes the tick of a body's contact with a wall, and the wall."""
     k = disowned(k)
     answer[0], answer[1] = reach_wall(k, k.bodies[body])
 
 
 def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Integers) -> None:
-    """Template: writes the ticks at which gaps, far - near - radius with slope and pull, close."""
+    """Template: writes the closing ticks of gaps, each far - near - radius with its slope and its pull."""
     k = disowned(k)
     clock = k.clock[0]
     for i in range(len(gaps)):
@@ -349,7 +349,7 @@ meet = to_be_filled_in
 
 
 def ticks_of_cast(k: Kernel, others: Integers, body: int, ticks: Integers) -> None:
-    """Template: writes the ticks at which a body in a row of the tables meets each of others."""
+    """Template: writes the ticks of contacts of a body in a row of the tables with each of others."""
     k = disowned(k)
     for i in range(len(others)):
         ticks[i] = meet(k, others[i], body)

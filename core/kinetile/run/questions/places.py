@@ -34,7 +34,7 @@ MOST_PERIODS = 4096
 """Periods that a ray, a cast disc, or a body seen from another may cross: each image on its way is read."""
 
 UNITS_AHEAD = 1000
-"""Units of the clock for which contacts are searched if axes are periodic."""
+"""The length, in units of the clock, of the search for contacts if axes are periodic."""
 
 OLDEST = 4
 """Units of the clock: the largest age of a plan if axes are periodic."""
@@ -69,8 +69,8 @@ class Query:
         return float(torus.x), float(torus.y)
 
     def ahead(self, velocity: Point = (0.0, 0.0)) -> int:
-        """Returns the number of ticks from now for which contacts are searched if axes are periodic, also for
-        a body with this velocity: ``UNITS_AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
+        """Returns the number of ticks, from now, of the search for contacts if axes are periodic, also for a
+        body with this velocity: ``UNITS_AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
         bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].tick) * TICKS
         crossed = 1.0
         for name, own, period in zip(("vx", "vy"), velocity, self.periods, strict=True):
@@ -92,7 +92,7 @@ class Query:
         clock = np.frombuffer(bytearray(kept.tobytes()), kept.dtype).view(type(kept))  # copy() goes by fields
         if any(self.periods):
             clock[0].torus.foreseen = self.until - self.now + OLDEST * TICKS
-            clock[0].limits.fat += 2.0**-40 * MOST_PERIODS * sum(self.periods)  # as for what is cast
+            clock[0].limits.fat += 2.0**-40 * MOST_PERIODS * sum(self.periods)  # as for a cast body
         return self.packed.replaced("clock", clock)
 
     @cached_property
@@ -244,7 +244,7 @@ def ray(
 
 
 def _entries(corners: Floats, radii: Floats, start: Floats, u: Floats) -> Floats:
-    """Returns the lengths, (m,), after which a ray enters bodies, or inf; ``start``, (m, 2), is its origin
+    """Returns the lengths, (m,), of a ray before it enters bodies, or inf; ``start``, (m, 2), is its origin
     seen from each. It enters over a side of the core, or in the disc around a corner, whichever is first."""
     sides, at = np.roll(corners, -1, axis=1) - corners, start[:, None] - corners
     n, squares, r = float(u @ u), (sides * sides).sum(axis=2), radii[:, None]

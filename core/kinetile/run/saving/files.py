@@ -277,7 +277,7 @@ def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def _scene(scene: Scene) -> list[Any]:
-    """Returns the inputs of a scene. Of its origin it keeps the values that JSON can hold."""
+    """Returns the inputs of a scene. It keeps the values of its origin that JSON can hold."""
     origin: dict[str, Any] = {}
     for name, value in scene.origin.items():
         with suppress(RecordError):
