@@ -1,7 +1,8 @@
 """Every error that kinetile raises: whole sentences that name the fault, its place, and a right value.
 
 For an unknown name such a sentence has the nearest known name. Edit distance alone misses short forms ("sap"
-for "sap-1d"): so case is ignored, ``_`` equals ``-``, and a beginning matches if only one name has it."""
+for "sap-1d"): so case is ignored, ``_`` equals ``-``, and a beginning matches if only one name has it.
+"""
 
 import inspect
 import os

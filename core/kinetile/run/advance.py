@@ -1,7 +1,8 @@
 """Runs to an end, chunk by chunk, or event by event; and the events that users see.
 
 The compiled loop runs within one span of the clock at a time. This module joins the spans: an end in time is
-in the present span or a later one, and between two spans the clock's base moves on."""
+in the present span or a later one, and between two spans the clock's base moves on.
+"""
 
 import logging
 import math
@@ -90,8 +91,8 @@ class Event(NamedTuple):
         tick: ticks of 2**-52 of a time unit after that.
         kind: "structural" (a certificate of the broad phase failed), "wall" (a body met a wall), "disc" (two
             bodies met), "pass" (two begin to pass through each other), "part" (such a passing ends), or a
-            command's: "turn", "accelerate", "kind", "move", "insert" or "remove". bodies: the bodies of the
-            event, in ascending order; () at a structural event.
+            command's: "turn", "accelerate", "kind", "move", "insert" or "remove".
+        bodies: the bodies of the event, in ascending order; () at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.
         kinds: the kinds of ``bodies``, in their order; () without kinds in the scene.

@@ -1,6 +1,7 @@
 """The present moment of a run, for reading: its bodies, their positions, velocities, sizes and kinds.
 
-Observables and recorders receive it. A simulation is a moment too, with methods that change it."""
+Observables and recorders receive it. A simulation is a moment too, with methods that change it.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

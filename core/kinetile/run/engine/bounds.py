@@ -32,8 +32,8 @@ class Bounds(NamedTuple):
     Attributes:
         lightest, smallest: the smallest mass, and the smallest radius.
         squares: at least the sum of mass * speed^2 over all bodies and commands to come, twice the largest
-            possible energy: removals do not reduce it; infinite until it is needed. speed, extent: a speed
-            that no body exceeds, and the largest distance of a body from the origin.
+            possible energy: removals do not reduce it; infinite until it is needed.
+        speed, extent: a speed that no body exceeds, and the largest distance of a body from the origin.
         skin: the skin that follows from speed and extent.
     """
 

@@ -4,7 +4,8 @@ Commands of the present span of the clock are the rows of ``k.commands`` from ``
 ``k.clock[0].lists``; commands of later spans wait in the agenda, in ticks since the start. An interactive
 command runs next: its row is written into the free rows before the waiting ones, so its cost does not depend
 on their number. The history is kept as bytes: as objects, the ten million commands of an hour of a game would
-take four times the memory, and Python's collector would scan them."""
+take four times the memory, and Python's collector would scan them.
+"""
 
 import math
 from bisect import bisect_left, bisect_right, insort

@@ -111,13 +111,14 @@ class Engine(Tables):
         scene: the scene, with the shapes and the accelerations that were added by hand.
         bounds: limits that no body exceeds, and the skin that follows from them.
         commands, history: the commands that the loop supports, and the interactive ones so far.
-        numbers: the number of body numbers in use, also of bodies that the scene will insert. cpu_seconds,
-        compile_seconds: processor time in the loop, and for compiling or loading it. python_seconds,
-        python_events, python_contacts: the part of ``cpu_seconds``, and of the run, as Python. audits: number
-        of audits without a violation. busy: a chunk is under way, including the transfer of its log. broken:
-        the error that keeps this engine from continuing, or None. passed: the number of moves of the clock's
-        base, by a span or many. overlapping: (m, 2) the pairs that overlap at the start and have not begun to
-        pass yet.
+        numbers: the number of body numbers in use, also of bodies that the scene will insert.
+        cpu_seconds, compile_seconds: processor time in the loop, and for compiling or loading it.
+        python_seconds, python_events, python_contacts: the part of ``cpu_seconds``, and of the run, as Python.
+        audits: number of audits without a violation.
+        busy: a chunk is under way, including the transfer of its log.
+        broken: the error that keeps this engine from continuing, or None.
+        passed: the number of moves of the clock's base, by a span or many.
+        overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
     """
 
     def __init__(

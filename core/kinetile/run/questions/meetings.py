@@ -48,9 +48,9 @@ class NextContact(NamedTuple):
 
     Attributes:
         time: its time, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
-        epoch, tick: whole time units since the scene's start, and ticks of 2**-52 of one after that. a, b: a
-        body, and another one, b > a, or b < a if they end to pass through each other; or a wall: -1 left, -2
-        right, -3 bottom, -4 top.
+        epoch, tick: whole time units since the scene's start, and ticks of 2**-52 of one after that.
+        a, b: a body, and another one, b > a, or b < a if they end to pass through each other; or a wall:
+            -1 left, -2 right, -3 bottom, -4 top.
     """
 
     time: float
