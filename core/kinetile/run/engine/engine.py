@@ -113,7 +113,7 @@ class Engine(Tables):
         commands, history: the commands that the loop supports, and the interactive ones so far.
         numbers: the number of body numbers in use, also of bodies that the scene will insert.
         cpu_seconds, compile_seconds: processor time in the loop, and for compiling or loading it.
-        python_seconds, python_events, python_contacts: the part of ``cpu_seconds``, and of the run, as Python.
+        python_seconds, python_events, python_contacts: the part of these, and of the run, as Python.
         audits: number of audits without a violation.
         busy: a chunk is under way, including the transfer of its log.
         broken: the error that keeps this engine from continuing, or None.

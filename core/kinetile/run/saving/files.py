@@ -2,10 +2,10 @@
 
 ::
 
-    kinetile_saved_run.npy the head: JSON as bytes; values in words, and the meaning of each array plans.npy,
-    ... flight plans, pairs that pass, waiting commands, counts, clock contacts.npy, ... contacts so far,
-    interactive commands, waiting rows, arrays of the head the archive's comment SHA-256 of the file, in
-    hexadecimal, with 64 zero bytes instead of itself
+    kinetile_saved_run.npy    the head: JSON as bytes; values in words, and the meaning of each array
+    plans.npy, ...            flight plans, pairs that pass, waiting commands, counts, clock
+    contacts.npy, ...         contacts so far, interactive commands, waiting rows, arrays of the head
+    the archive's comment     SHA-256 of the file, in hexadecimal, with 64 zero bytes instead of itself
 
 ``numpy.load`` reads such a file from any writer. The CRC of each member does not cover names, lengths and the
 directory, so the checksum is over all bytes, and nothing is used before it is verified. A file contains
