@@ -1,7 +1,7 @@
 """kinetile: kinetic broad-phase collision detection in 2D, as a kernel with pluggable phases.
 
-The names below are the whole public interface; each is imported at its first use, so that
-``import kinetile`` stays light. So are its packages and ``kinetile.errors``.
+The names below are the whole public interface; each is imported at its first use, and so are the packages and
+``kinetile.errors``: ``import kinetile`` stays light.
 """
 
 import sys

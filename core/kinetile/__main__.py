@@ -1,7 +1,7 @@
-"""``kinetile``, and ``python -m kinetile`` where that command is not on the path: the command line.
+"""The command line: ``kinetile``, or ``python -m kinetile`` if that command is not on the path.
 
-The modules of the command line are imported inside ``main``: that takes most of a second, and Ctrl-C may be
-pressed then. It waits while modules are imported or machine code is loaded.
+``main`` imports the modules of the command line: that takes most of a second, and a user may press Ctrl-C
+then. Ctrl-C waits while modules are imported or machine code is loaded.
 """
 
 import gc
@@ -13,8 +13,8 @@ from types import FrameType
 
 def main() -> None:
     """Runs the command line."""
-    # Modules and compiled code are more than a hundred thousand objects that stay. To look through them
-    # whenever 700 have been added, and once more at the end, takes a seventh of a short run.
+    # Modules and compiled code are more than a hundred thousand objects that stay. A collection of them #
+    # whenever 700 have been added, and again at the end, takes a seventh of a short run.
     gc.set_threshold(200_000)
     try:
         from kinetile.run.interrupts import comes_later

@@ -1,4 +1,4 @@
-"""What arrays are called in annotations."""
+"""Names of array types in annotations."""
 
 from typing import Any, TypeAlias
 

@@ -1,5 +1,5 @@
-"""Where two runs differ, for ``kinetile compare``, pages and the conformance kit. A broad phase may never
-change an answer, so there is no tolerance: rows are the same bits, or they differ, and -0.0 is not 0.0."""
+"""Differences of two runs, for ``kinetile compare``, pages and the conformance kit. A broad phase may never
+change an answer, so there is no tolerance: rows have the same bits, or they differ, and -0.0 is not 0.0."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,13 +22,13 @@ from kinetile.scene.checks import shown
 Choice = str | tuple[str, Mapping[str, Any]]
 
 JUDGES_GROUP = "kinetile.judges"
-"""Entry points by which plugins say which contacts are right: each is a function of a scene, lists of
-contacts by the name of their source, the index of the contact in which they differ, and the narrow phases; it
-returns a sentence, or "" where it cannot say."""
+"""Entry points of plugins that judge contacts: each is a function of a scene, lists of contacts by the name
+of their source, the index of the first different contact, and the narrow phases. It returns a sentence that
+names the right contact, or "" if it cannot decide."""
 
 
 def first_difference(one: Array, other: Array) -> int | None:
-    """Returns the index of the first row that is not the same bits in two arrays, or in one alone, if any."""
+    """Returns the index of the first row with different bits in two arrays, or in one alone, if any."""
     shared = min(len(one), len(other))
     unlike = np.flatnonzero((_bits(one[:shared]) != _bits(other[:shared])).any(axis=1))
     if len(unlike):
@@ -44,8 +44,8 @@ def _bits(rows: Array) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Everything in which two runs of a scene must agree: ``ended`` is "ran", or the error that ended it,
-    with its message; ``bodies`` are the numbers of those in ``positions`` and ``velocities``."""
+    """The data that two runs of a scene must have in common. ``ended`` is "ran", or the error that ended the
+    run, with its message; ``bodies`` are the numbers of the bodies in ``positions`` and ``velocities``."""
 
     contacts: Rows
     ended: str
@@ -66,9 +66,8 @@ class Divergence:
     """The first place where a phase's answer differs from the reference's: ``what`` is "contact" (``index``
     counts contacts from 0), "end" or "body" (``index`` is the body, at the end).
 
-    ``expected`` and ``found`` are rows with exact ticks, or None where there is no such contact; ``before``
-    is the last contact on which both agree; ``judged`` says which contact is right, where a plugin can say
-    that (``JUDGES_GROUP``).
+    ``expected`` and ``found`` are rows with exact ticks, or None without such a contact; ``before`` is the
+    last common contact; ``judged`` names the right contact, if a plugin can decide (``JUDGES_GROUP``).
     """
 
     reference: str
@@ -97,8 +96,8 @@ class Divergence:
 
 
 def find_divergence(reference: str, phase: str, expected: Outcome, found: Outcome) -> Divergence | None:
-    """Returns the first place where an outcome differs from the reference's: contacts, end, final state;
-    another end before contacts that are missing for it."""
+    """Returns the first place where an outcome differs from the reference's: contacts, end, final state; but
+    another end precedes the contacts that are missing because of it."""
     ends = [{"time": each.time, "ended": each.ended.partition(":")[0]} for each in (expected, found)]
     end = Divergence(reference, phase, "end", len(expected.contacts), expected=ends[0], found=ends[1])
     at = first_difference(expected.contacts, found.contacts)
@@ -155,14 +154,14 @@ class PhaseOutcome:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The result of ``compare``: an outcome a phase, a divergence for each that differs from the first."""
+    """The result of ``compare``: an outcome of each phase, and a divergence of each unlike the first."""
 
     outcomes: tuple[PhaseOutcome, ...]
     divergences: tuple[Divergence, ...] = field(default=())
 
     @property
     def identical(self) -> bool:
-        """Whether all phases gave one answer."""
+        """True if all phases gave one answer."""
         return not self.divergences
 
     @property
@@ -189,7 +188,7 @@ class Comparison:
 
 
 def _judged(simulation: Simulation, lists: Mapping[str, Any], index: int) -> str:
-    """Returns what the first installed judge that decides says of two lists of contacts, or ""."""
+    """Returns the sentence of the first judge that decides between two lists of contacts, or ""."""
     judges = (cast(Callable[..., str], plugin.load()) for plugin in installed(JUDGES_GROUP))
     verdicts = (judge(simulation.scene, lists, index, simulation.narrow_phases) for judge in judges)
     return next(filter(None, verdicts), "")
@@ -223,12 +222,12 @@ def compare(
     """Runs a scene under each of at least two broad phases, and compares all with the first.
 
     Args:
-        broad_phases: names, or pairs (name, options); None: all that are installed and accept the scene.
+        broad_phases: names, or pairs (name, options); None: all installed ones that accept the scene.
         until: the end; None: the scene's own, with ``max_contacts`` as well, or one time unit without both.
         narrow_phases: as for ``Simulation``.
         start: called with a label and the simulation before each run.
         finish: called with the outcome of each run after it.
-        progress: the argument of that name of ``Simulation.run``.
+        progress: as for ``Simulation.run``.
 
     A fault in a run (ZenoError, MissedContactError, PhaseError, AuditError) is part of its answer. Raises
     BadOption for fewer than two phases, and as ``Simulation`` for names and options.

@@ -1,7 +1,7 @@
-"""Every error that kinetile raises: whole sentences that say what was wrong, where, and what would be right.
+"""Every error that kinetile raises: whole sentences that name the fault, its place, and a right value.
 
-Part of such a sentence is the known name nearest to an unknown one. Edit distance alone misses short forms
-("sap" for "sap-1d"): so case and ``_`` for ``-`` do not count, and a beginning that only one name has does.
+For an unknown name such a sentence has the nearest known name. Edit distance alone misses short forms ("sap"
+for "sap-1d"): so case is ignored, ``_`` equals ``-``, and a beginning matches if only one name has it.
 """
 
 import inspect
@@ -85,7 +85,7 @@ class UnknownName(KinetileError, LookupError):
         self.name = name
         self.suggestion = suggestion
         self.available = tuple(available)
-        self.failures = tuple(map(str, failures))  # they hold exceptions of plugins, which may hold anything
+        self.failures = tuple(map(str, failures))  # as text: exceptions of plugins may hold anything
         meant = f"; did you mean {suggestion!r}?" if suggestion else "."
         meant = f": it is a {other}." if other else meant
         if kind == "scene" and str(name).endswith(".toml"):
@@ -124,7 +124,7 @@ class Mistake(NamedTuple):
 
 
 class _Mistaken(KinetileError, ValueError):
-    """Mistakes of what a user has written: ``what`` it is, and the file it is in, or None."""
+    """Mistakes in a user's input: a subclass gives ``what``, its noun; ``source`` is its file, or None."""
 
     what: ClassVar[str]
 
@@ -153,7 +153,7 @@ class Refused(KinetileError, ValueError):
 
 
 class NoRoom(Refused):
-    """A body that is to be inserted has no room. Its message is made when it is read."""
+    """A body that is to be inserted has no room. The message is made at its first reading."""
 
     def __str__(self) -> str:
         if callable(self.args[0]):
@@ -164,14 +164,14 @@ class NoRoom(Refused):
         return f"NoRoom({str(self)!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        str(self)  # its text cannot be made elsewhere
+        str(self)  # another process cannot make its text
         return super().__reduce__()
 
 
 class TooThick(Refused):
     """A broad phase is right only with a thinner skin than the bodies need, by their number, distance and
-    speed. A run may end with it: at a command, or because bodies fly away. Nothing has changed then, and
-    another try ends in the same way."""
+    speed. It may end a run: at a command, or because bodies fly away. Nothing has changed then, and another
+    try ends in the same way."""
 
 
 class _OfBodies(KinetileError, RuntimeError):
@@ -182,7 +182,7 @@ class _OfBodies(KinetileError, RuntimeError):
 
 
 class ZenoError(_OfBodies):
-    """Contacts follow each other without end in no time: the bodies are jammed."""
+    """Contacts follow each other without end at one time: the bodies are jammed."""
 
 
 class MissedContactError(_OfBodies):
@@ -190,11 +190,11 @@ class MissedContactError(_OfBodies):
 
 
 class PhaseError(KinetileError, RuntimeError):
-    """A phase or a response broke the protocol; the message names it and what it did."""
+    """A phase or a response broke the protocol; the message names it and the fault."""
 
 
 class BusyError(KinetileError, RuntimeError):
-    """A simulation was to be changed during a run: from its own recorder, or from another thread."""
+    """A call would change a simulation during a run: from its own recorder, or from another thread."""
 
 
 class StalledError(PhaseError):
@@ -220,7 +220,7 @@ class BadPlugin(KinetileError, TypeError):
 
 
 class RecordError(KinetileError, OSError):
-    """An event file cannot be written or read; the message says how much of it was kept."""
+    """An event file cannot be written or read; the message names the kept part."""
 
 
 class AuditError(KinetileError, AssertionError):
@@ -236,7 +236,7 @@ FAULTS = (ZenoError, MissedContactError, PhaseError, AuditError)
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Returns the known name that ``name`` was probably meant to be, or None if none is near."""
+    """Returns the known name that ``name`` probably means, or None if no known name is near."""
     if len(name) > _LONGEST_NAME:
         return None
     folded, wanted = {_fold(each): each for each in known}, _fold(name)
@@ -250,7 +250,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 def legible(text: str, longest: int | None = None) -> str:
     """Returns a text of one line or several, safe for a terminal or a page: control characters and marks of
-    direction are escaped, and longer lines are cut. Text of files and of other programs goes into results."""
+    direction are escaped, and longer lines are cut. Results hold text of files and of other programs."""
     return "\n".join(printable(line, longest or len(line)) for line in text.split("\n"))
 
 
@@ -262,7 +262,7 @@ def printable(text: str, most: int = 1000) -> str:
 
 
 def shown(value: object, width: int = 60) -> str:
-    """Returns ``value`` as it is quoted in a message: numbers without their NumPy type, and not too long."""
+    """Returns ``value`` as messages quote it: numbers without their NumPy type, and not too long."""
     numpy = sys.modules.get("numpy")
     if numpy is not None and isinstance(value, numpy.generic):
         value = value.item()
@@ -304,7 +304,7 @@ _WRITTEN = {
     "box": "rect rectangle square",
     "segment": "line edge",
 }
-"""What is written for words of other programs, by what is written; where a place knows its first word."""
+"""Texts of kinetile, and other programs' words for them; for places that have the text's first word."""
 
 _NOT_MODELLED = {
     "bodies are moved by gravity, contacts and commands alone": "force forces",
@@ -348,14 +348,14 @@ _INSTEAD = {
     "sim.run(until=..., observe=[its name]), then sim.observed[its name]": "energy temperature pressure "
     "momentum msd vacf rates",
 }
-"""What is written for attributes that other programs have."""
+"""Kinetile's text, and the attributes of other programs for it."""
 
 _MEANT = {word: text for text, words in _INSTEAD.items() for word in words.split()}
 
 
 def no_attribute(owner: object, name: str) -> AttributeError:
-    """Returns the error of an attribute that ``owner``, a package or an object, does not have: with what is
-    written for it here, or the nearest name."""
+    """Returns the error of an attribute that ``owner``, a package or an object, does not have: with
+    kinetile's text for it, or the nearest name."""
     if inspect.getattr_static(type(owner), name, None) is not None:  # a property that has raised one itself
         try:
             object.__getattribute__(owner, name)
@@ -375,10 +375,10 @@ def no_attribute(owner: object, name: str) -> AttributeError:
 
 
 def key_of(name: str, known: Iterable[str], value: Any = None, call: Callable[..., Any] | None = None) -> str:
-    """Returns the text after "expected" for a key or an argument that is not known in its place; words of
-    other programs, such as force and diameter, are answered with what is written here, or that it is not
-    modelled. A ``value`` that is a table is one around the right keys. For an argument of a ``call`` what is
-    written in scenes is said only where it takes a scene, or bodies."""
+    """Returns the text after "expected" for a key or an argument that is unknown in its place. For words of
+    other programs, such as force and diameter, the text has kinetile's word, or says that it does not model
+    this. If ``value`` is a table, the right keys are inside of it. For an argument of a ``call``, the text
+    has words of scenes only if the call takes a scene, or bodies."""
     names, word = list(known), _fold(name)
     if isinstance(value, Mapping) and names:
         return f"{one_of('', names)}, without a table around"
@@ -394,8 +394,8 @@ def key_of(name: str, known: Iterable[str], value: Any = None, call: Callable[..
 
 
 def answering(call: Callable[_Arguments, _Result], checked: bool = True) -> Callable[_Arguments, _Result]:
-    """Decorates a public call: an argument that it does not have is a BadOption that says what to write; and
-    one of a wrong class, if ``checked``, where its annotation says the classes (``_classes_of``)."""
+    """Decorates a public call: BadOption, with a correction, for an argument that it does not have; and, if
+    ``checked``, for an argument of a class that its annotation does not name (``_classes_of``)."""
     title = call.__qualname__.partition(".__")[0]
 
     @wraps(call)
@@ -417,7 +417,7 @@ def answering(call: Callable[_Arguments, _Result], checked: bool = True) -> Call
 
 
 def constructed(kind: type[_Class]) -> type[_Class]:
-    """Decorates a public class of values: its constructor is ``answering``; what uses them checks them."""
+    """Decorates a public class of values: its constructor is ``answering``; later users check the values."""
     name = "__new__" if issubclass(kind, tuple) else "__init__"
     setattr(kind, name, answering(getattr(kind, name), checked=False))
     return kind
@@ -433,15 +433,15 @@ _READ_APART = {"Any", "object", "int", "float", "complex", "ndarray"}
 
 @cache
 def _classes_of(call: Callable[..., Any]) -> list[tuple[int, str, tuple[type, ...]]]:
-    """Returns place, name and classes of the arguments of a call whose annotations have classes alone that
-    Python can check; numbers, and what may be an array, have readers of their own."""
+    """Returns place, name and classes of the arguments of a call whose annotations have only classes that
+    Python can check. Numbers, and values that may be arrays, have readers of their own."""
     # a NamedTuple's __new__ cannot see the names of its annotations
     found, hints = [], {} if call.__name__ == "__new__" else get_type_hints(call)
     for place, each in enumerate(inspect.signature(call).parameters.values()):
         hint = hints.get(each.name)
         parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
         kinds = (get_origin(part) or part for part in parts)
-        classes = tuple(Iterable if kind is Sequence else kind for kind in kinds)  # a set will do
+        classes = tuple(Iterable if kind is Sequence else kind for kind in kinds)  # a set is accepted
         if all(isinstance(kind, type) and kind.__name__ not in _READ_APART for kind in classes):
             by_place = each.kind <= each.POSITIONAL_OR_KEYWORD
             found.append((place if by_place else sys.maxsize, each.name, classes))
@@ -449,8 +449,8 @@ def _classes_of(call: Callable[..., Any]) -> list[tuple[int, str, tuple[type, ..
 
 
 def _is_one(given: Any, classes: tuple[type, ...]) -> bool:
-    """Whether a value is of one of these classes. A truth value of NumPy is a bool; text, or a single number
-    of NumPy, is no list, and a class no function."""
+    """Returns True if a value is of one of these classes. NumPy's truth values are bools; text, or a single
+    number of NumPy, is not a list, and a class is not a function."""
     if os.PathLike in classes and isinstance(given, str | os.PathLike):
         with suppress(UnicodeEncodeError):
             return b"\0" not in os.fsencode(given)
@@ -463,7 +463,7 @@ def _is_one(given: Any, classes: tuple[type, ...]) -> bool:
 
 
 def _within(call: Callable[..., Any], odd: str) -> str:
-    """Returns where an argument is written that is one of a value that a call takes: of its settings, say."""
+    """Returns the place of an argument that belongs to a value that a call takes: to its settings, say."""
     own, word = inspect.signature(call).parameters, _WORDS.get(_fold(odd), ("", "", ""))[1]
     meant = set() if nearest(odd, own) else {odd} if "scene" in own else {odd, word}
     for _, name, classes in _classes_of(call):
@@ -474,7 +474,7 @@ def _within(call: Callable[..., Any], odd: str) -> str:
 
 
 def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
-    """Returns the first argument that a call does not have, with what to write, or those it lacks; or ""."""
+    """Returns the first argument that a call does not have, with a correction, or missing ones; or ""."""
     parameters = inspect.signature(call).parameters
     known = [each for each in parameters if each not in ("self", "_cls")]
     takes_all = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
@@ -499,7 +499,7 @@ def _wrong_argument(call: Callable[..., Any], args: Sequence[Any], kwargs: Mappi
 def _as_raised(
     kind: type[KinetileError], args: tuple[Any, ...], attributes: Mapping[str, Any]
 ) -> KinetileError:
-    """Returns an error from its parts, without the constructor, which has made the message."""
+    """Returns an error from its parts, without its constructor, which has already made the message."""
     error = kind.__new__(kind, *args)
     super(KinetileError, error).__init__(*args)
     vars(error).update(attributes)

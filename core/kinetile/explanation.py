@@ -1,4 +1,4 @@
-"""A run in words: what it models and what it leaves out (``Simulation.explain()``), and its readings."""
+"""A run in words: its model and the limits of it (``Simulation.explain()``), and its readings."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def explanation(engine: Engine) -> dict[str, Any]:
 
 
 def _sentences(engine: Engine, certificates: int) -> Iterator[tuple[bool, str]]:
-    """Yields sentences, each with whether it says what is modelled, or what is left out."""
+    """Yields sentences, each with True if it is about the model, False if it is about omissions."""
     scene, phases = engine.scene, engine.composition
     motion = "flying straight"
     if scene.accelerated:

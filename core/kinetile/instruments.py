@@ -1,6 +1,6 @@
-"""What instruments, which check, measure or show kinetile, may use beside ``kinetile``, ``kinetile.errors``
-and ``kinetile.toolbox``. Those of this distribution import nothing else of the framework but four modules of
-``kinetile.cli`` (an import contract), so a foreign one can do the same."""
+"""The names that instruments, which check, measure or show kinetile, may use beside ``kinetile``,
+``kinetile.errors`` and ``kinetile.toolbox``. By an import contract, the instruments of this distribution
+import only these and four modules of ``kinetile.cli``, so a foreign instrument can do the same."""
 
 from typing import TYPE_CHECKING
 

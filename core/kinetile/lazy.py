@@ -1,5 +1,4 @@
-"""What is imported at its first use: the names of a package, so that importing it is cheap, and optional
-packages."""
+"""Imports at the first use: the names of a package, so that importing it is cheap, and optional packages."""
 
 import ast
 import sys
@@ -11,7 +10,7 @@ from typing import Any
 
 def lazy_names(package: str) -> tuple[list[str], Callable[[str], Any]]:
     """Returns the names that a module imports under ``if TYPE_CHECKING``, and its ``__getattr__``, which
-    imports them: what type checkers read is the only table. Any other name is an AttributeError."""
+    imports them: the imports for type checkers are the only table. Any other name is an AttributeError."""
     module: Any = sys.modules[package]
     source = ast.parse("".join(getlines(module.__file__, vars(module))))
     blocks = [each for each in source.body if isinstance(each, ast.If)]
@@ -31,7 +30,7 @@ def lazy_names(package: str) -> tuple[list[str], Callable[[str], Any]]:
 
 
 def needed(purpose: str, package: str, extra: str, module: str = "") -> Any:
-    """Returns the module of an optional package; MissingExtra where it is not installed."""
+    """Returns the module of an optional package; MissingExtra if it is not installed."""
     try:
         return import_module(module or package)
     except ImportError as error:

@@ -1,7 +1,7 @@
 """Files that are read: regular ones.
 
-A pipe may never have a writer, and a device may never end. So every file that a user names, or that another
-process may have put in a place, is opened here.
+A pipe may never have a writer, and a device may never end. So this module opens every file that a user names,
+or that another process may have made.
 """
 
 import errno
@@ -13,13 +13,13 @@ _FLAGS = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
 def check_regular(path: str | os.PathLike[str]) -> None:
-    """Raises OSError unless there is a regular file; does not open it."""
+    """Raises OSError unless a path is a regular file; does not open it."""
     _check(os.stat(path).st_mode, path)
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     """Opens a regular file for reading, in binary. Raises OSError, without waiting, for anything else."""
-    check_regular(path)  # to open a device can have effects
+    check_regular(path)  # opening a device can have effects
     file = open(os.open(path, _FLAGS), "rb")  # noqa: SIM115 - the caller closes it
     try:
         _check(os.fstat(file.fileno()).st_mode, path)
@@ -34,7 +34,7 @@ def _check(mode: int, path: str | os.PathLike[str]) -> None:
 
 
 def check_mode(mode: int, wrong: str, *name: str) -> None:
-    """Raises OSError, with what is ``wrong`` and perhaps the name, unless a mode is of a regular file."""
+    """Raises OSError with the text ``wrong``, and perhaps the name, unless a mode is a regular file's."""
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), *name)
     if not stat.S_ISREG(mode):

@@ -1,4 +1,4 @@
-"""Statistics of observables: block averages of what is sampled, with error bars, and tables of them."""
+"""Statistics of observables: block averages of samples, with error bars, and tables of them."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,14 +14,14 @@ _MOST_BLOCKS = 256
 _FEWEST_BLOCKS = 8
 _LEAST_INDEPENDENT = 50
 _ROUNDING = 2.0**-40
-"""What scatters by no more than this part of its mean is constant, but for rounding: its error is 0."""
+"""Values that scatter by at most this part of their mean are constant up to rounding: their error is 0."""
 
 
 class Estimate(NamedTuple):
-    """A quantity, averaged over a run: a mean, its standard error, the number of independent ``blocks`` that
-    the error is from, and for an array, as which these are then, what it depends on: a name and values. The
-    error is NaN, and ``blocks`` is 0, where there is none: ``reason`` says why, and how long would do. A
-    number has not ``relaxed`` where blocks of no length are long enough."""
+    """A quantity, averaged over a run: its mean, standard error, and the number of independent ``blocks`` for
+    the error. If it is an array, these three are arrays, too, and ``axis`` and ``at`` are the name and the
+    values of its coordinate. Without an error, ``error`` is NaN and ``blocks`` is 0; ``reason`` gives the
+    cause and a sufficient time. A number has not ``relaxed`` if no length of blocks is long enough."""
 
     mean: Any
     error: Any
@@ -58,7 +58,7 @@ class ObservedRow(NamedTuple):
 
 
 class Named(dict[str, _Value]):
-    """Results by name; KeyError says which names there are, or the ``reason`` why there is none."""
+    """Results by name; KeyError gives the names, or the ``reason`` if there are no results."""
 
     reason = "nothing"
 
@@ -67,18 +67,18 @@ class Named(dict[str, _Value]):
 
 
 class Observed(Named[Named[Estimate]]):
-    """The estimates of a run by observable, as it was written with its options, then by quantity."""
+    """The estimates of a run by observable, as written with its options, then by quantity."""
 
     HEADS = ("observable", "quantity", "mean", "standard error", "95 % within", "blocks")
 
     def entries(self) -> Iterator[tuple[str, str, Estimate]]:
-        """Yields observables, quantities and estimates; of an observable without any its reason."""
+        """Yields observables, quantities and estimates; for an observable without any, the reason."""
         for name, quantities in self.items():
             nothing = {"": Estimate(math.nan, math.nan, 0, reason=quantities.reason)}
             yield from ((name, *entry) for entry in (quantities or nothing).items())
 
     def lines(self) -> list[tuple[str, ...]]:
-        """Returns estimates as texts under ``HEADS``: numbers with their errors, of a curve its length."""
+        """Returns estimates as texts under ``HEADS``: numbers with their errors, a curve as its length."""
         lines = []
         for name, quantity, each in self.entries():
             mean = f"{len(each.at)} values over {each.axis}" if each.axis else f"{each.mean:.7g}"
@@ -90,8 +90,8 @@ class Observed(Named[Named[Estimate]]):
         return lines
 
     def withhold(self) -> None:
-        """Takes away all errors but those of constants if a number has not relaxed: others that depend on it
-        may not show it in so short a time."""
+        """Removes all errors except errors of constants if a number has not relaxed: in so short a time,
+        others that depend on it may not show that."""
         slow = next((entry for entry in self.entries() if not entry[2].relaxed), None)
         for name, quantity, each in [*self.entries()] if slow else ():
             if slow and np.any(each.error > 0.0):
@@ -115,13 +115,13 @@ class Blocks:
     neighbours, so that memory does not grow with the run."""
 
     def __init__(self) -> None:
-        self._blocks: list[Floats] = []  # sums of values, and how many they are
+        self._blocks: list[Floats] = []  # sums of values, and numbers of values
         self._open: Any = 0.0
         self._length, self._filled = 1, 0
 
     @property
     def state(self) -> list[Any]:
-        """All that it holds, in values that are never changed."""
+        """Its content, in values that are never changed."""
         return [np.array(self._blocks), self._open, self._length, self._filled]
 
     @classmethod
@@ -138,7 +138,7 @@ class Blocks:
         return np.shape(self._blocks[0] if self._blocks else self._open)[1:]
 
     def add(self, value: Floats, time: float = math.nan) -> None:
-        """Adds a value; what is NaN in it does not count."""
+        """Adds a value; its NaN elements do not count."""
         known = ~np.isnan(value)
         self._open = self._open + np.stack([np.where(known, value, 0.0), known])
         self._filled += 1
@@ -153,11 +153,11 @@ class Blocks:
         """Returns the mean of all values, and the standard error from complete blocks.
 
         Blocks are made longer until the error levels off (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461,
-        1989). Of n blocks, b joined are long enough if b^3 > 2 n R^2, where R is how much the square of the
-        error has grown (Lee et al., Phys. Rev. E 83, 066706, 2011): then blocks still depend on each other by
-        less than what is uncertain in the spread of so few; what they do depend on their neighbours is added
-        (twice the correlation of neighbours). The n blocks are worth n/R independent ones: if these are fewer
-        than 50, R itself is too uncertain, mostly too small, and there is no error before 50 R/n of the time.
+        1989). Let n be the number of blocks, and R the growth of the error's square after joining b of them.
+        They are long enough if b^3 > 2 n R^2 (Lee et al., Phys. Rev. E 83, 066706, 2011): then they depend on
+        each other by less than the uncertainty of the spread of so few. The remaining dependence on
+        neighbours is added (twice their correlation). The n blocks are worth n/R independent ones: below 50,
+        R itself is too uncertain, mostly too small: there is no error before 50 R/n of the time.
         """
         with np.errstate(all="ignore"):
             mean = np.divide(*(self._open + np.sum(self._blocks, axis=0)))
@@ -179,7 +179,7 @@ class Blocks:
                 grown = np.where(constant, 1.0, square / least)
                 growth = np.where(settled, growth, np.fmax(growth, grown))
                 found = ~settled & (known >= _FEWEST_BLOCKS) & (joined**3 > 2.0 * many * grown**2)
-                # A correlation of deviations from their own mean is too low by one over their number.
+                # The correlation of deviations from their own mean is too low by one over their number.
                 follow = np.nansum(apart[1:] * apart[:-1], axis=0) / spread
                 square = square * (1.0 + 2.0 * np.fmax(follow + 1.0 / known, 0.0))
                 square = np.where(constant, 0.0, square)
@@ -198,12 +198,12 @@ class Blocks:
 
 
 class Series(Blocks):
-    """All values of a number, with their times, in the place of averages: a curve without errors."""
+    """All values of a number, with their times, instead of averages: a curve without errors."""
 
     shape = ()
 
     def add(self, value: Floats, time: float = math.nan) -> None:
-        """Adds the value of a time."""
+        """Adds a value at a time."""
         self._blocks.append(np.array([time, float(value)]))
 
     def estimate(self, axis: str = "time", at: Any = None) -> Estimate:

@@ -1,5 +1,5 @@
 """Files that are written: complete or absent. No other module of kinetile or of its instruments writes a file
-by its name, so no full disk, signal or kill takes an old file away (``tests/test_architecture.py``)."""
+by its name, so no full disk, signal or kill destroys an old file (``tests/test_architecture.py``)."""
 
 import glob
 import os
@@ -16,8 +16,8 @@ from kinetile.sources import check_mode
 
 
 def writable_target(path: str | os.PathLike[str]) -> Path:
-    """Returns the file that a path means, links followed, for writing or replacing it as a whole. Raises
-    OSError if there is something that is no regular file: a folder, a device, a pipe."""
+    """Returns the file that a path means, with links followed, for writing or replacing it as a whole. Raises
+    OSError if the path is no regular file: a folder, a device, a pipe."""
     target = Path(os.path.realpath(path))
     try:
         mode = target.stat().st_mode
@@ -28,7 +28,7 @@ def writable_target(path: str | os.PathLike[str]) -> Path:
 
 
 def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[KinetileError]) -> Path:
-    """Returns ``writable_target``; raises ``refused`` if impossible, or there (unless ``overwrite``)."""
+    """Returns ``writable_target``; raises ``refused`` without one, or if it exists (unless ``overwrite``)."""
     with record_errors(f"{path} cannot be written", raised=refused):
         target = writable_target(path)
     if target.exists() and not overwrite:
@@ -40,14 +40,14 @@ def new_target(path: str | os.PathLike[str], overwrite: bool, refused: type[Kine
 
 
 MARK = "made by kinetile"
-"""What pages and films have in them: another one of the same name replaces them."""
+"""The mark in pages and films: a new one of the same name replaces files with it."""
 
 
 @contextmanager
 def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[BinaryIO]:
-    """Yields a file that is at ``path``, complete, when the context is left; BadOption where something is
-    there already without ``MARK`` (unless ``overwrite``), or it cannot be written."""
-    with suppress(OSError):  # there is none, or it cannot be read
+    """Yields a file that is at ``path``, complete, when the context is left; BadOption if a file without
+    ``MARK`` is there already (unless ``overwrite``), or if it cannot be written."""
+    with suppress(OSError):  # it does not exist, or cannot be read
         overwrite = overwrite or MARK.encode() in writable_target(path).read_bytes()
     new_target(path, overwrite, BadOption)
     with record_errors(f"{path} cannot be written", raised=BadOption), replacing(path) as file:
@@ -58,9 +58,9 @@ def writing_new(path: str | os.PathLike[str], overwrite: bool) -> Iterator[Binar
 def record_errors(
     what: str, behind: str = "", of: type[Exception] = OSError, raised: type[KinetileError] = RecordError
 ) -> Iterator[None]:
-    """Within this context an error of the system becomes a RecordError, or another one: ``what`` cannot be
-    done, why, and what is ``behind`` that. ``of`` is Exception for work of pyarrow, which may raise anything,
-    for a damaged file MemoryError included."""
+    """Within this context an error of the system becomes a RecordError, or another one, with the action
+    ``what`` that failed, the reason, and the text ``behind`` it. ``of`` is Exception for work of pyarrow,
+    which may raise anything; MemoryError, too, for a damaged file."""
     try:
         yield
     except KinetileError:
@@ -70,7 +70,7 @@ def record_errors(
 
 
 def reason(error: Exception) -> str:
-    """Returns the error, in the system's own words if it has any."""
+    """Returns the text of an error, in the system's own words if it has any."""
     return (isinstance(error, OSError) and error.strerror) or str(error)
 
 
@@ -82,9 +82,9 @@ def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Yields a new file beside ``path``, which it replaces when the context is left: at once, with all of its
-    content on the disk, and with the mode of the old file, which stays if a signal, a full disk or a kill
-    interrupts it. Raises OSError if it cannot be made or written, or is there and no regular file."""
+    """Yields a new file beside ``path``. It replaces ``path`` when the context is left: at once, with all of
+    its content on the disk, and with the mode of the old file. The old file stays if a signal, a full disk or
+    a kill interrupts it. Raises OSError if the new file cannot be written, or ``path`` is no regular file."""
     target = writable_target(path)
     mode = mode_of(target)
 
@@ -105,7 +105,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         with suppress(OSError):
             fresh.unlink(missing_ok=True)
         raise
-    with suppress(OSError):  # that the folder is on the disk as well
+    with suppress(OSError):  # the folder, too, is then on the disk
         descriptor = os.open(target.parent, os.O_RDONLY)
         try:
             os.fsync(descriptor)
@@ -115,7 +115,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def mode_of(target: Path) -> int | None:
-    """Returns the mode of a file; None where there is no file."""
+    """Returns the mode of a file; None without a file."""
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except FileNotFoundError:
@@ -123,7 +123,7 @@ def mode_of(target: Path) -> int | None:
 
 
 def _clear_up(target: Path) -> None:
-    """Removes temporary files of killed writers of this file that have not changed for a minute."""
+    """Removes temporary files of killed writers of this file, if unchanged for a minute."""
     for left in target.parent.glob(f".{glob.escape(target.name)}.{'[0-9a-f]' * 8}.part"):
         with suppress(OSError):
             if time.time() - left.stat().st_mtime > 60.0:

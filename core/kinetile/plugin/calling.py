@@ -15,7 +15,7 @@ from kinetile.plugin.specs import PluginKind
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "hypothesis")
 NOT_AUTHORS = {Path(__file__).parents[1]}
-"""Folders with no code of a phase's author: kinetile's own. A kit that calls hooks adds its own."""
+"""Folders without code of a phase's author: kinetile's. A kit that calls hooks adds its folder."""
 
 STDLIB = Path(sysconfig.get_paths()["stdlib"])
 
@@ -29,7 +29,7 @@ def described(kind: PluginKind, name: str) -> str:
 
 
 def place_of(error: BaseException, otherwise: str = "") -> str:
-    """Returns file and line where an error was raised, of the phase's own code if it is involved, or else
+    """Returns the file and line that raised an error: in the phase's own code, if it is involved, or else
     ``otherwise``: NumPy and kinetile raise for a wrong use of an array or the toolbox in a hook."""
     trace = traceback.extract_tb(error.__traceback__)
     frames = [(frame.filename, frame.lineno or 0) for frame in reversed(trace)]
@@ -37,7 +37,7 @@ def place_of(error: BaseException, otherwise: str = "") -> str:
 
 
 def line_of_author(frames: Iterable[tuple[str, int]]) -> str:
-    """Returns the first place not of kinetile or a library, as the end of a message; "" without one."""
+    """Returns the first place outside of kinetile and libraries, as the end of a message; "" without one."""
     for frame in frames:
         path = Path(frame[0])
         if not any(map(path.is_relative_to, NOT_AUTHORS)) and not is_library(path):
@@ -50,7 +50,7 @@ def _behind_a_sentence(frame: tuple[str, int]) -> str:
 
 
 def is_library(path: Path) -> bool:
-    """Whether a file belongs to the standard library, or to one that kinetile builds upon."""
+    """Returns True if a file belongs to the standard library, or to a library that kinetile uses."""
     if "site-packages" in path.parts:
         return path.parts[path.parts.index("site-packages") + 1] in LIBRARIES
     return STDLIB in path.parents or not path.suffix
@@ -58,7 +58,7 @@ def is_library(path: Path) -> bool:
 
 @contextmanager
 def calling(kind: PluginKind, name: str, what: str, *, may_refuse: bool = True) -> Iterator[None]:
-    """Within this, ``what`` of a phase runs; exceptions become PhaseError, refusals unless ``may_refuse``."""
+    """A context for ``what`` of a phase: exceptions become PhaseError, refusals unless ``may_refuse``."""
     try:
         yield
     except (Exception, SystemExit) as error:
@@ -66,12 +66,12 @@ def calling(kind: PluginKind, name: str, what: str, *, may_refuse: bool = True) 
             raise
         where = place_of(error, _definition(kind, name, what))
         text = f"{described(kind, name)}: {what} raised {sentence(error)}{where}"
-        # contextlib takes an error whose cause is a StopIteration for that StopIteration.
+        # contextlib mistakes an error whose cause is a StopIteration for that StopIteration.
         raise PhaseError(text) from None if isinstance(error, StopIteration) else error
 
 
 def _definition(kind: PluginKind, name: str, what: str) -> str:
-    """Returns where ``what`` is defined, whose arguments may be other ones, or else ``prepare``."""
+    """Returns the place of the definition of ``what``, whose arguments may be wrong, or of ``prepare``."""
     with suppress(KinetileError):
         target: Any = registry().target(kind, name)
         method = "__init__" if what == "its constructor" else what

@@ -1,4 +1,4 @@
-"""Choices of phases as text: a name, with optional options (``sap-1d:axis=y``), and lists of those."""
+"""Choices of phases as text: a name, perhaps with options (``sap-1d:axis=y``), and lists of choices."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -22,14 +22,14 @@ def read_value(text: str) -> Any:
 
         try:
             return tomllib.loads(f"value = {text}")["value"]
-        except (ValueError, RecursionError):  # of Python: whole numbers too long, lists too deep
+        except (ValueError, RecursionError):  # Python's own: whole numbers too long, lists too deep
             return text
     return text
 
 
 def read_option(text: str) -> Any:
     """Returns the value of a phase's option, by ``read_value``; but ``none``, a frequent choice, is that
-    word, and Python's None is ``None``, as ``write_phase`` has it."""
+    word, and ``None`` is Python's None, as ``write_phase`` writes it."""
     return text if text == "none" else read_value(text)
 
 

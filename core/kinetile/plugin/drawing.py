@@ -1,8 +1,8 @@
 """Shapes of a broad phase's structure: the return values of the ``draw`` of its parts.
 
-There are four shapes and the entries of a matrix, each with a role. A coordinate is a number, or that of a
-body's centre and an offset (``At``), which moves with the body. A phase names bodies by their slots, as
-everywhere in hooks; ``Simulation.drawing`` has the numbers of the bodies.
+There are four shapes and the entries of a matrix, each with a role. A coordinate is a number, or the sum of a
+body centre's coordinate and an offset (``At``), which moves with the body. A phase names bodies by their
+slots, as everywhere in hooks; ``Simulation.drawing`` has the numbers of the bodies.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,17 +22,17 @@ ROLES = {
     "certificate": "something that is watched, and fails at a time",
     "axis": "a line along which things are sorted",
 }
-"""The roles, with their meanings. The viewer decides how a role looks."""
+"""The roles, with their meanings. The viewer decides the look of a role."""
 
 
 class At(NamedTuple):
     """A coordinate that moves with a body: x or y of its centre, by its place in a point, and an offset.
     ``body`` is a slot in a phase's ``draw``, and a body's number in the result of ``Simulation.drawing``.
 
-    On a periodic axis it is ``turns`` periods further: from where the plan has the body in ``draw``, from
-    ``Simulation.unwrapped`` in ``Simulation.drawing``. So a shape stays whole where one of its bodies crosses
-    the border, and a viewer draws it with all its images. Beside a fixed number on the same axis a body is
-    where ``Simulation.positions`` has it.
+    On a periodic axis it is ``turns`` periods further: from the plan's place in ``draw``, from
+    ``Simulation.unwrapped`` in ``Simulation.drawing``. So a shape stays whole if one of its bodies crosses
+    the border, and a viewer draws it with all its images. Beside a fixed number on the same axis, a body has
+    its place in ``Simulation.positions``.
     """
 
     body: int
@@ -64,8 +64,8 @@ class Segment(_Shape):
     """A line from a to b.
 
     Like all shapes it may have the tick at which its certificate fails (``fails``; None or ``NEVER``: it does
-    not) and a name (``label``, a few words). The tick is one of the kernel in a phase's ``draw``, and counts
-    from the scene's start in the result of ``Simulation.drawing``, where ``divmod(fails, 2**52)`` is (epoch,
+    not) and a name (``label``, a few words). The tick is the kernel's in a phase's ``draw``, and counts from
+    the scene's start in the result of ``Simulation.drawing``: there ``divmod(fails, 2**52)`` is (epoch,
     tick).
     """
 
@@ -129,7 +129,7 @@ Item: TypeAlias = Segment | Box | Polygon | Link | Entry
 
 
 def points_of(item: Item) -> tuple[Point, ...]:
-    """Returns the points of a shape, in their order; of a link, the centres of its bodies."""
+    """Returns the points of a shape, in their order; for a link, the centres of its bodies."""
     if isinstance(item, Segment):
         return item.a, item.b
     if isinstance(item, Box):
@@ -140,7 +140,7 @@ def points_of(item: Item) -> tuple[Point, ...]:
 
 
 def with_points(item: Item, points: Sequence[Point], fails: int | None) -> Segment | Box | Polygon:
-    """Returns a shape with other points and another tick; of a link, a segment."""
+    """Returns a shape with other points and another tick; for a link, a segment."""
     if isinstance(item, Polygon):
         return Polygon(item.role, tuple(points), fails, item.label)
     shape = Box if isinstance(item, Box) else Segment
@@ -151,5 +151,5 @@ _pair = lru_cache(maxsize=1 << 16)(partial(Link, "pair"))
 
 
 def pair_links(pairs: Iterable[tuple[int, int]]) -> Iterator[Link]:
-    """Returns a link for each pair of bodies, sorted. Most are those of the event before, and are reused."""
+    """Returns a link for each pair of bodies, sorted. Most links of the previous event are reused."""
     return starmap(_pair, sorted(pairs))

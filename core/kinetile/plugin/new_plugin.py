@@ -1,6 +1,6 @@
-"""New plugins: a complete package with a broad phase, a response, an observable or a recipe that works, to be
-changed into one's own. The texts are in ``templates/``, with ``$name``, ``$package`` and others in place of
-the plugin's names."""
+"""New plugins: a complete package with a broad phase, a response, an observable or a recipe that works, as a
+beginning for an author. ``templates/`` has the texts, with ``$name``, ``$package`` and others for the
+plugin's names."""
 
 import os
 import re
@@ -24,15 +24,15 @@ _KINDS: dict[str, tuple[PluginKind, str, str]] = {
     "observable": ("observable", "the mean speed", "run grid --observe {}"),
     "recipe": ("scene", "discs in a row, the first of which moves", "run {}"),
 }
-"""What can be written, by its module: its kind in the registry, its summary, and a command that uses it."""
+"""The possible contents, by their modules: kind in the registry, summary, and a command that uses it."""
 
 PLUGIN_KINDS = ("broad-phase", *[*_KINDS][1:])
 
 
 def new_plugin(name: str, into: str | os.PathLike[str] = ".", kind: str = "broad-phase") -> Path:
     """Writes the package kinetile-NAME into an existing folder, and returns the package's own folder.
-    ``name`` is that of what it brings, of a ``kind`` of ``PLUGIN_KINDS``: letters, digits and dashes, others
-    folded. Raises BadOption where one is invalid or taken, no such folder is there, or its own is already."""
+    ``name`` is the name of its content, of a ``kind`` of ``PLUGIN_KINDS``: letters, digits and dashes, others
+    folded. Raises BadOption if one is invalid or taken, without the folder, or if its own exists already."""
     if kind not in PLUGIN_KINDS:
         raise BadOption(f"kind is {kind!r}; expected {one_of(str(kind), PLUGIN_KINDS)}")
     words, into = _words(name, kind.rpartition("-")[2]), Path(into)

@@ -1,5 +1,5 @@
-"""Parameters of what is chosen by name: the options of phases, responses and observables, and the parameters
-of recipes. The signature of the class or function contains all that is needed: names, types and defaults.
+"""Parameters of named choices: the options of phases, responses and observables, and the parameters of
+recipes. The signature of the class or function gives all of them: names, types and defaults.
 """
 
 import inspect
@@ -16,8 +16,8 @@ REQUIRED = inspect.Parameter.empty
 
 
 class Parameter(NamedTuple):
-    """A parameter: its name, its type as written ("int", "tuple[float, ...]", "" for none), its default, and
-    what its line under ``Args:`` of the docstring says: meaning, unit, allowed values."""
+    """A parameter: its name, its type as written ("int", "tuple[float, ...]", "" without one), its default,
+    and its line under ``Args:`` of the docstring: meaning, unit, allowed values."""
 
     name: str
     type: str
@@ -27,7 +27,7 @@ class Parameter(NamedTuple):
 
 def parameters_of(kind: PluginKind, name: str) -> tuple[Parameter, ...]:
     """Returns the options of a phase, response or observable, or a recipe's parameters, as in its signature.
-    Raises UnknownName, and PhaseError for what does not import, or a recipe whose signature hides some."""
+    Raises UnknownName, and PhaseError if it does not import, or if a recipe's signature hides some."""
     target = registry().target(kind, name)
     with calling(kind, name, "its signature"):
         signature = inspect.signature(target)

@@ -1,10 +1,10 @@
 """Registry of phases, responses, scenes and observables: installed plugins and their contents, by name.
 
-A plugin is registered as a whole, when all of its contents are valid, or not at all. One that fails affects
-no other; it is a Failure, and named in the error about an unknown name. pluggy's own loader stops at the
-first plugin that does not import, and silently drops a second distribution with the same entry-point name. So
-entry points are read here one by one, and each plugin has a pluggy manager of its own. kinetile's own
-distribution goes first, the rest follow in alphabetical order, whatever the order of ``sys.path`` is.
+A plugin is registered as a whole, if all of its contents are valid, or not at all. A plugin that fails does
+not affect others; it is a Failure, and the error about an unknown name names it. pluggy's own loader stops at
+the first plugin that does not import, and silently drops a second distribution with the same entry-point
+name. So this module reads entry points one by one, and each plugin has its own pluggy manager. kinetile's
+distribution is first, the rest follow in alphabetical order, whatever the order of ``sys.path``.
 """
 
 import pkgutil
@@ -34,7 +34,7 @@ from kinetile.plugin.specs import NarrowPhaseSpec, PluginKind, SceneSpec, Spec
 
 
 class Provided(NamedTuple):
-    """One name in the registry, and its plugin (no distribution and version: added in this process)."""
+    """One name in the registry, and its plugin (without distribution and version: added in this process)."""
 
     kind: PluginKind
     spec: Spec
@@ -49,12 +49,12 @@ class Provided(NamedTuple):
 
     @property
     def built_in(self) -> bool:
-        """Whether it comes with kinetile."""
+        """True if it comes with kinetile."""
         return self.distribution is not None and _folded(self.distribution) == "kinetile"
 
 
 class Failure(NamedTuple):
-    """A plugin that was found and could not be used, with the reason. As text it is one line."""
+    """An installed plugin that could not be used, with the reason. As text it is one line."""
 
     plugin: str
     distribution: str | None
@@ -67,8 +67,8 @@ class Failure(NamedTuple):
 
 class Registry:
     """The phases and scenes that can be chosen by name; iterating gives a Provided for each. ``Registry()``
-    is empty, ``Registry([plugin, ...])`` has the contents of these, and ``kinetile.registry()`` all that is
-    installed."""
+    is empty, ``Registry([plugin, ...])`` has the contents of these plugins, and ``kinetile.registry()`` has
+    all installed ones."""
 
     @answering
     def __init__(self, plugins: Iterable[object] = ()) -> None:
@@ -85,7 +85,7 @@ class Registry:
 
     def target(self, kind: PluginKind, name: str) -> Callable[..., Any]:
         """Imports and returns the class of a phase, response or observable, or the recipe of a scene. Raises
-        UnknownName, and PhaseError where the target does not import, or is no class or function."""
+        UnknownName, and PhaseError if the target does not import, or is no class or function."""
         provided = self.provided(kind, name)
         spec = provided.spec
         if not isinstance(spec.target, str):
@@ -109,7 +109,7 @@ class Registry:
 
     @answering
     def provided(self, kind: PluginKind, name: str) -> Provided:
-        """Returns the entry of a name or alias, to the letter, with its plugin. Raises UnknownName."""
+        """Returns the entry of an exact name or alias, with its plugin. Raises UnknownName."""
         if not isinstance(kind, str) or kind not in get_args(PluginKind):
             raise UnknownName("kind of plugin", kind, available=get_args(PluginKind))
         known = {each: p for p in self._provided if p.kind == kind for each in _all_names(p.spec)}
@@ -121,7 +121,7 @@ class Registry:
         raise UnknownName(kind, name, suggestion=meant, available=there, failures=self.failures, other=other)
 
     def names(self, kind: PluginKind) -> tuple[str, ...]:
-        """Returns names of a kind, the built-in first, without aliases and those with ``_``, for own use."""
+        """Returns the names of a kind, built-in ones first, without aliases and names with ``_``."""
         names = (each.spec.name for each in self._provided if each.kind == kind)
         return tuple(name for name in names if not name.startswith("_"))
 
@@ -131,8 +131,8 @@ class Registry:
         self._take_in(plugin, _label(plugin))
 
     def remove(self, plugin: object) -> None:
-        """Removes the names of a plugin of this process: the object, or its name as a listing shows it: so a
-        notebook cell that adds one can run again. Raises UnknownName if no plugin has it."""
+        """Removes the names of a plugin of this process: the object, or its name in a listing. So a notebook
+        cell that adds a plugin can run again. Raises UnknownName if no plugin has it."""
         label = plugin if isinstance(plugin, str) else _label(plugin)
         kept = [p for p in self._provided if p.distribution is not None or p.plugin != label]
         if len(kept) == len(self._provided):
@@ -165,7 +165,7 @@ class Registry:
                 self._take_in(found.load(), found.plugin, found.distribution, found.version)
             except KeyboardInterrupt:
                 raise
-            except BaseException as error:  # SystemExit too, and what compiled modules throw beside Exception
+            except BaseException as error:  # also SystemExit, and compiled modules' other exceptions
                 self.failures += (Failure(found.plugin, found.distribution, error, found.version),)
 
     def _take_in(
@@ -198,7 +198,7 @@ _lock = threading.RLock()
 
 def registry() -> Registry:
     """Returns this process's registry; installed plugins are searched once, at the first call. No plugin can
-    make this raise. One that calls this while it is loaded sees those loaded before it."""
+    make this raise. A plugin that calls this while it is loaded gets the plugins loaded before it."""
     global _shared
     with _lock:
         if _shared is None:
@@ -276,7 +276,7 @@ def sentence(error: BaseException) -> str:
 
 
 def defined_at(function: Any) -> str:
-    """Returns file and line of a function, as the end of a message; "" if it has none."""
+    """Returns file and line of a function, as the end of a message; "" without them."""
     code = getattr(getattr(function, "py_func", function), "__code__", None)
     return "" if code is None else f" ({Path(code.co_filename).name}, line {code.co_firstlineno})"
 
@@ -305,7 +305,7 @@ def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
     except BaseException as error:
         where = defined_at(caller.get_hookimpls()[0].function)
         raise BadPlugin(f"its hook {caller.name} raised {sentence(error)}{where}") from error
-    if len(answers) < len(caller.get_hookimpls()):  # pluggy leaves out a None
+    if len(answers) < len(caller.get_hookimpls()):  # pluggy drops None
         raise BadPlugin(f"its hook {caller.name} returned nothing; expected {expected}")
     for answer in answers:
         if not isinstance(answer, list | tuple):
@@ -317,7 +317,7 @@ def _call(caller: pluggy.HookCaller, spec_type: type[Spec]) -> Iterator[Spec]:
 
 
 def _entry_points(group: str) -> Iterator[Installed]:
-    """Yields the entry points of a group; of two distributions of one name, of the first."""
+    """Yields the entry points of a group; if two distributions have one name, only the first one's."""
     seen: set[str] = set()
     for distribution in metadata.distributions():
         try:
@@ -328,7 +328,7 @@ def _entry_points(group: str) -> Iterator[Installed]:
             found = [("entry_points.txt", partial(_refuse, error))]
         if not found:
             continue
-        name = distribution.name or "unknown"  # None where the metadata is damaged
+        name = distribution.name or "unknown"  # None if the metadata is damaged
         if _folded(name) not in seen:
             seen.add(_folded(name))
             for entry_point, load in found:

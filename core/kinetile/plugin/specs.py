@@ -1,9 +1,9 @@
-"""Specs of phases, responses, scenes and observables, and the hooks by which plugins offer them.
+"""Specs of phases, responses, scenes and observables, and the hooks that plugins offer them with.
 
 The target of a spec is usually a string, ``"package.module:attribute"``, which is imported only when its name
 is selected; in notebooks and tests it may be the class or the function itself. A plugin is a module (or any
-object) with functions of the names of the hooks below, decorated with ``hookimpl``. It is found by the
-entry-point group ``kinetile`` of its distribution, or added by ``kinetile.registry().add``. Hooks take no
+object) with functions named like the hooks below, decorated with ``hookimpl``. The registry finds it by the
+entry-point group ``kinetile`` of its distribution, or ``kinetile.registry().add`` adds it. Hooks take no
 arguments and return lists of specs; they are called once, when the registry is made.
 """
 
@@ -17,10 +17,10 @@ import pluggy
 from kinetile.errors import BadPlugin, one_of, shown
 
 API_VERSION = 2
-"""The version of the plugin API: of the specs, and of the protocol that phases follow."""
+"""The version of the plugin API: of the specs, and of the protocol of phases."""
 
 PluginKind: TypeAlias = Literal["broad phase", "narrow phase", "response", "scene", "observable"]
-"""The kinds of things that can be chosen by name."""
+"""The kinds of choices by name."""
 
 _NAME = re.compile(r"[^\s,=:]+")
 _TARGET = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
@@ -28,7 +28,7 @@ _TARGET = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 @dataclass(frozen=True)
 class Spec:
-    """What all specs have: see ``BroadPhaseSpec``."""
+    """The common fields of all specs: see ``BroadPhaseSpec``."""
 
     name: str
     target: str | Callable[..., Any]
@@ -43,7 +43,7 @@ class Spec:
         if not isinstance(self.api, int):
             raise BadPlugin(f"{where}: api is {shown(self.api)}; expected a whole number")
         if self.api != API_VERSION:
-            return  # for another API version; the registry refuses it with the reason
+            return  # another API version: the registry refuses it with the reason
         object.__setattr__(self, "aliases", _words(self, "aliases"))
         object.__setattr__(self, "features", frozenset(_words(self, "features")))
         for name in (self.name, *self.aliases):
@@ -66,11 +66,11 @@ class Spec:
 class BroadPhaseSpec(Spec):
     """A broad phase: keeps a set of candidate pairs complete. Raises BadPlugin if a field is invalid.
 
-    ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; one that begins with ``_`` is
-    found, but not listed. ``aliases`` are other names for it. ``target`` is the class, or
+    ``name`` is the public name ("sap-1d"): no spaces, commas, ``=`` or ``:``; a name that begins with ``_``
+    is found, but not listed. ``aliases`` are other names for it. ``target`` is the class, or
     "package.module:Class". ``summary`` is one line for a listing. ``features`` are words for abilities beyond
-    the protocol. ``api`` is the version of the plugin API that the phase was written for: API_VERSION alone
-    is accepted.
+    the protocol. ``api`` is the version of the plugin API that the phase was written for: only API_VERSION is
+    accepted.
     """
 
 
@@ -79,8 +79,8 @@ class NarrowPhaseSpec(Spec):
     """A narrow phase: predicts contacts of one kind, and runs them; ``role`` is that kind: "pair" (two
     bodies) or "wall" (a body and a wall).
 
-    ``shapes`` are the kinds of shapes (``Shape.kind``: "disc", "box" and so on) of which it takes every two:
-    of several phases that are named the first that takes two shapes decides their contacts
+    ``shapes`` are kinds of shapes (``Shape.kind``: "disc", "box" and so on); the phase takes every two of
+    them. If several phases are named, the first that takes two shapes decides their contacts
     (``kinetile.run.pair_phases``). The other fields, and the errors, are as in BroadPhaseSpec.
     """
 
@@ -98,8 +98,8 @@ class NarrowPhaseSpec(Spec):
 
 @dataclass(frozen=True)
 class ResponseSpec(Spec):
-    """A response: what happens at a contact. The one feature that it may have is "dissipative"; the other
-    fields, and the errors, are as in BroadPhaseSpec."""
+    """A response: the outcome of a contact. Its only possible feature is "dissipative"; the other fields, and
+    the errors, are as in BroadPhaseSpec."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -110,7 +110,7 @@ class ResponseSpec(Spec):
 
 @dataclass(frozen=True)
 class ObservableSpec(Spec):
-    """An observable: what is measured during a run. The fields, and the errors, are as in BroadPhaseSpec."""
+    """An observable: a measurement during a run. The fields, and the errors, are as in BroadPhaseSpec."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ hookspec = pluggy.HookspecMarker(PROJECT)
 """Marks a function as the specification of a hook."""
 
 hookimpl = pluggy.HookimplMarker(PROJECT)
-"""Marks a plugin's function as its implementation of the hook of that name."""
+"""Marks a plugin's function as its implementation of the hook with this name."""
 
 
 @hookspec

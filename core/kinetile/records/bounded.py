@@ -13,17 +13,17 @@ from kinetile.scene import Scene
 
 
 class TooManyRows(KinetileError):
-    """A run has more rows than were to be kept."""
+    """A run has more rows than the limit."""
 
 
 def ticks_of(rows: Array) -> Array:
-    """Returns the times of rows as ticks since the start: Python's integers, which have no end."""
+    """Returns the times of rows as ticks since the start: Python's integers, which have no limit."""
     return np.asarray(rows["epoch"].astype(object) * TICKS + rows["tick"].astype(object))
 
 
 def _whole_until(rows: Array, limit: int, clock: Clock) -> tuple[int, float]:
-    """Returns how many of the first ``limit`` rows, of more, are all rows up to some time, and that time.
-    Events at once are in it all or not at all, unless the first ``limit`` rows are of one moment."""
+    """Returns the largest number of rows, at most ``limit``, that are all rows up to some time, and that
+    time. Simultaneous events are all in it, or none is, unless the first ``limit`` rows are of one moment."""
     ticks = ticks_of(rows[: limit + 1])
     over = ticks[-1]
     whole = int(np.searchsorted(ticks, over))
@@ -35,8 +35,8 @@ def _whole_until(rows: Array, limit: int, clock: Clock) -> tuple[int, float]:
 
 
 class BoundedRows:
-    """A recorder that keeps the first ``limit`` rows of a run, and ends it with TooManyRows after them: those
-    of whole moments (``_whole_until``), up to the time ``end``."""
+    """A recorder that keeps the first ``limit`` rows of a run, and ends the run with TooManyRows after them.
+    It keeps the rows of whole moments (``_whole_until``), up to the time ``end``."""
 
     def __init__(self, limit: int, scene: Scene) -> None:
         self.limit, self.clock = limit, Clock(scene.start, scene.time_unit)
@@ -45,7 +45,7 @@ class BoundedRows:
         self._count = 0
 
     def __call__(self, rows: Array) -> None:
-        """Takes the next rows; raises TooManyRows where there are more than the limit."""
+        """Receives the next rows; raises TooManyRows if they exceed the limit."""
         self._parts.append(np.array(rows[: self.limit + 1 - self._count]))
         self._count += len(rows)
         if self._count > self.limit:

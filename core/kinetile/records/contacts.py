@@ -1,6 +1,6 @@
 """Lists of contacts as plain text, from any program: one line each, "epoch tick a b" (rule 10 of
-docs/specification.md), and perhaps at the end "fingerprint" with 64 hexadecimal digits, the digest of the
-contacts, and "unit U start S", of the clock, so that a time is S + (epoch + tick * 2**-52) * U."""
+docs/specification.md). Optional last lines are "fingerprint" with 64 hexadecimal digits, the digest of the
+contacts, and "unit U start S" of the clock: a time is S + (epoch + tick * 2**-52) * U."""
 
 import os
 import re
@@ -18,7 +18,7 @@ CONTACT_LINE = np.dtype([(name, "i8") for name in ("epoch", "tick", "a", "b")])
 """A line of such a list; it need not be a real contact."""
 
 _PRINT = re.compile(r"fingerprint\s+([0-9a-f]{64})")
-_AT_ONCE = 1 << 16  # rows by columns are written in half the time of rows by rows
+_AT_ONCE = 1 << 16  # writing by columns takes half the time of writing by rows
 
 
 class ContactLines(NamedTuple):
@@ -40,7 +40,7 @@ def read_contacts(lines: Iterable[str], source: str) -> ContactLines:
                 blank = blank or number
             elif blank:
                 raise BadOption(f"{source}, line {blank}: found nothing; expected a contact, epoch tick a b")
-            elif text.startswith("unit "):  # it is for readers who compute times
+            elif text.startswith("unit "):  # for readers who compute times
                 continue
             elif fingerprint is not None:
                 raise BadOption(
@@ -78,8 +78,8 @@ def write_contacts(path: str | os.PathLike[str], contacts: Array, digest: str, c
 
 
 def contact_lines(contacts: Array, digest: str, clock: UnitAndStart) -> Iterator[str]:
-    """Yields the text of a list of contacts (rows with the fields epoch, tick, a, b), many lines at once, and
-    behind them the fingerprint and the clock."""
+    """Yields the text of a list of contacts (rows with the fields epoch, tick, a, b), many lines at once,
+    then the fingerprint and the clock."""
     for first in range(0, len(contacts), _AT_ONCE):
         some = contacts[first : first + _AT_ONCE]
         columns = [some[name].tolist() for name in ("epoch", "tick", "a", "b")]

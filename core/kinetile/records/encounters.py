@@ -1,8 +1,8 @@
 """Encounters: passings as pairs with a begin, an end and a closest approach, from the rows of a run.
 
-Between two rows of either body the relative plan of two that pass is a polynomial of degree 1, or of degree 2
-where they are accelerated. So the closest approach in such a piece is at one of its ends, or where the
-derivative of the square of the distance is zero: nothing is sampled.
+Between two rows of either body, the relative plan of two bodies is a polynomial of degree 1, or of degree 2
+if they are accelerated. So the closest approach in such a piece is at one of its ends, or at a zero of the
+derivative of the square of the distance: nothing is sampled.
 """
 
 import math
@@ -21,15 +21,15 @@ ENCOUNTER = np.dtype(
     [(name, "i8") for name in ("a", "b", "mx", "my")]
     + [(name, "f8") for name in ("begin", "end", "duration", "closest", "closest_time")]
 )
-"""A passing: its bodies, a < b; through which image, in periods from where b is without wrapping; begin, end
-and duration (NaN, both: it is under way when the run ends); the smallest distance of the places of the two,
-and when that was."""
+"""A passing: its bodies, a < b; the image of b, in periods from its place without wrapping; begin, end and
+duration (NaN, both: it is under way when the run ends); the smallest distance of the two places, and its
+time."""
 
 
 @answering
 def encounters(trajectory: Trajectory) -> Rows:
-    """Returns the passings of a run (dtype ``ENCOUNTER``), in the order of their begins. A distance is that
-    of places: two discs are at most the sum of their radii apart."""
+    """Returns the passings of a run (dtype ``ENCOUNTER``), in the order of their begins. A distance is
+    between places: for two discs, at most the sum of their radii."""
     rows, now = trajectory.rows, dict[tuple[int, int], list[_Encounter]]()
     found, places = list[_Encounter](), _Places(trajectory)
     met = np.flatnonzero((rows["b"] >= 0) & np.isnan(rows["ax"]))
@@ -41,7 +41,7 @@ def encounters(trajectory: Trajectory) -> Rows:
         if a < b:
             found.append(_Encounter(places, a, b, row, [each.image for each in several]))
             several.append(found[-1])
-        else:  # what parts through one image is nearer through the others
+        else:  # two that part through one image are nearer through the others
             ended = max(several, key=lambda each: each.distance(row))
             ended.end = row
             several.remove(ended)
@@ -49,7 +49,7 @@ def encounters(trajectory: Trajectory) -> Rows:
 
 
 class _Places:
-    """Where bodies are, seen from one another, and in which rows their plans change: the time of a row is
+    """Places of bodies, seen from one another, and the rows that change their plans: the time of a row is
     rounded, and may be before its event."""
 
     def __init__(self, trajectory: Trajectory) -> None:
@@ -77,8 +77,8 @@ class _Places:
 
 
 class _Encounter:
-    """Two bodies that pass, from the row ``begin`` on, to the row ``end`` if they part: through the nearest
-    image through which they do not yet."""
+    """Two bodies that pass, from the row ``begin`` to the row ``end``, if they part: through the nearest
+    image that is not ``taken`` by another passing of the two."""
 
     end: int | None = None
 
@@ -97,12 +97,12 @@ class _Encounter:
         return plan._replace(x=plan.x + x, y=plan.y + y)
 
     def distance(self, row: int) -> float:
-        """Returns how far they are apart right after a row."""
+        """Returns their distance right after a row."""
         return math.hypot(*self._through(self._places.apart(self.a, self.b, row), self.image)[:2])
 
     @property
     def row(self) -> tuple[Any, ...]:
-        """What ``ENCOUNTER`` has of it."""
+        """Its values as a row of ``ENCOUNTER``."""
         places = self._places
         last = len(places.trajectory.rows) if self.end is None else self.end
         changes = (row for body in (self.a, self.b) for row in places.changes(body, self.begin, last))
@@ -111,7 +111,7 @@ class _Encounter:
         return self.a, self.b, *self.image, begin, end, end - begin, *closest
 
     def _closest(self, first: int, last: int) -> tuple[float, float]:
-        """Returns the smallest distance between two rows, and when it is."""
+        """Returns the smallest distance between two rows, and its time."""
         begin, end = self._places.time(first), self._places.time(last)
         plan = self._through(self._places.apart(self.a, self.b, first), self.image)
         place, flies, pull = (np.array(plan[at : at + 2]) for at in (0, 2, 4))

@@ -1,8 +1,8 @@
 """Event files made from logs (``kinetile.records.log``): by the recorder when it closes, and by ``recover``
 after a kill, in one way, so every run tests it.
 
-Parquet beside the log during the run would need as much disk; a log without room for its event file can be
-made into one on another disk. The price is about a second for 700,000 rows at the end. The log is removed
+Parquet beside the log during the run would need as much disk; and if the disk has no room for the event file,
+it can be made on another disk. The price is about a second for 700,000 rows at the end. The log is removed
 when the event file is on the disk. An interruption leaves the log unchanged.
 """
 
@@ -31,16 +31,16 @@ PARTIAL = ".partial"
 """The suffix of a log, behind the name of its event file."""
 
 _COLUMNS = LOG.names or ()
-_FEW_VALUES = ["epoch", "a", "b"]  # dictionaries help for these; the other columns take forty times as long
+_FEW_VALUES = ["epoch", "a", "b"]  # dictionaries help here; other columns take forty times as long
 _ENCODING = {name: "BYTE_STREAM_SPLIT" for name in _COLUMNS if LOG[name].kind == "f"}
 _ENCODING["tick"] = "DELTA_BINARY_PACKED"
 _ROWS_A_GROUP = 1 << 17
 
 
 class Recovered(NamedTuple):
-    """An event file that was made of a log: ``status`` is "killed", or what the run could still write,
-    ``time`` that up to which it goes, ``left_over`` the bytes at the end of the log that are no whole batch,
-    and ``kept`` whether the log is still there."""
+    """An event file made from a log: ``status`` is "killed", or the status that the run still wrote; ``time``
+    is its end; ``left_over`` is the number of bytes at the log's end that are no whole batch; ``kept`` is
+    True if the log still exists."""
 
     path: Path
     rows: int
@@ -53,9 +53,9 @@ class Recovered(NamedTuple):
 def recover(
     path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, overwrite: bool = False
 ) -> Recovered:
-    """Makes an event file from FILE.partial, the log of a killed run, whose status is then "killed"; if only
-    the event file could not be made, it has all rows and the status of that end. Without ``out`` it becomes
-    FILE, and FILE.partial is removed, unless it has bytes that could not be read; with ``out`` it stays.
+    """Makes an event file from FILE.partial, the log of a killed run, with the status "killed". If a run
+    ended without making its event file, it has all rows and the status of that end. Without ``out`` it
+    becomes FILE, and FILE.partial is removed, unless it has unreadable bytes; with ``out`` it stays.
 
     Raises MissingExtra without pyarrow, and RecordError if the run is still active, if this is no such file
     or holds no batch of rows, and if the event file exists already (unless ``overwrite``) or cannot be
@@ -84,9 +84,9 @@ def recover(
 
 
 def finish(log: BinaryIO, its_name: str, target: Path, overwrite: bool, last: str = "") -> Recovered:
-    """Makes an event file of an open log, and gives it its name; ``last`` is the metadata of its end, if
-    known. Raises RecordError if there is no batch in it or ``target`` has been made meanwhile, the error of
-    the system or of pyarrow if it cannot be written; then no file has changed."""
+    """Makes an event file from an open log, and gives it its name; ``last`` is the metadata of its end, if
+    known. Raises RecordError if the log has no batch or ``target`` has been made meanwhile, the error of the
+    system or of pyarrow if the file cannot be written; then no file has changed."""
     reader = LogReader(log, its_name)
     with replacing(target) as file:
         metadata = _write(reader, its_name, file, last)
@@ -124,13 +124,13 @@ def _write(reader: LogReader, its_name: str, file: Any, last: str) -> dict[str, 
         writer.add_key_value_metadata(dict(zip(KEYS, texts, strict=True)))
         writer.close()
     except BaseException:
-        writer.is_open = False  # there is no footer to be written when it is collected
+        writer.is_open = False  # else the garbage collector would write a footer
         raise
     return metadata
 
 
 def _groups(reader: LogReader) -> Iterator[Array]:
-    """Yields all rows in groups of one size: files of the same rows are the same, whenever batches ended."""
+    """Yields all rows in groups of one size: so the same rows give the same file, whatever the batches."""
     waiting, many = list[Array](), 0
     for rows in reader:
         for piece in np.split(rows, range(_ROWS_A_GROUP - many, len(rows), _ROWS_A_GROUP)):
@@ -144,14 +144,14 @@ def _groups(reader: LogReader) -> Iterator[Array]:
 
 
 def event_target(name: Path, overwrite: bool) -> Path:
-    """Returns the event file to write, links followed; RecordError if it must not be written."""
+    """Returns the event file to write, with links followed; RecordError if it must not be written."""
     if not name.name:
         raise RecordError(f"{str(name)!r} names no file: expected the path of an event file")
     return new_target(name, overwrite, RecordError)
 
 
 def is_log(path: Path) -> bool:
-    """Whether a file begins as the log of a run does."""
+    """Returns True if a file begins like the log of a run."""
     with open_regular(path) as file:
         return file.read(len(SIGNATURE)) == SIGNATURE
 

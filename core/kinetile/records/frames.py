@@ -1,14 +1,14 @@
 """Frames for other programs: extended XYZ (text), and GSD (by the package gsd). OVITO reads both, ASE and
 HOOMD-blue one each.
 
-In extended XYZ numbers have all digits, so a frame that is read again has the same bits. Some columns have
-two names: ASE reads ``momenta`` and ``masses``, OVITO ``velo`` and ``mass``. ``species`` are chemical
-symbols, which ASE insists on, one for each kind and shape, or for each radius where there are few of one
-kind; ``kind`` is the place in the scene's list. ``map_shift`` are the periods by which a body is away from
-``pos``. z is 0, and ``Time`` is in the comment. Shapes are in a file beside, NAME.shapes.json.
+In extended XYZ, numbers have all digits, so reading a frame again gives the same bits. Some columns have two
+names: ASE reads ``momenta`` and ``masses``, OVITO ``velo`` and ``mass``. ``species`` are chemical symbols,
+which ASE requires: one for each kind and shape, or for each radius if all bodies are of one kind with few
+radii. ``kind`` is the place in the scene's list. ``map_shift`` is the number of periods between a body and
+``pos``. z is 0, and ``Time`` is in the comment. A second file, NAME.shapes.json, has the shapes.
 
 GSD has single precision, its origin is in the middle of the box, and ``log/time`` is the time. Its types are
-those species, by name. The recipe ``frame`` reads both.
+the same species, by name. The recipe ``frame`` reads both.
 """
 
 import json
@@ -40,7 +40,7 @@ FORMS = (".xyz", ".extxyz", ".gsd")
 
 class Frame(NamedTuple):
     """The bodies at one moment: positions, unwrapped positions and velocities are (n, 2), the others (n,).
-    ``kinds`` are the places in those of the scene, and ``shapes`` objects; None in a scene of discs."""
+    ``kinds`` are indices in the scene's kinds, and ``shapes`` objects; None in a scene of discs."""
 
     time: float
     bodies: Array
@@ -53,8 +53,8 @@ class Frame(NamedTuple):
     shapes: Array
 
     def images(self, scene: Scene) -> Array:
-        """Returns (n, 3) the periods by which each body is away from its position; 0 across walls. Raises
-        RecordError for more than files of frames count."""
+        """Returns (n, 3) the number of periods between each body and its position; 0 along axes with walls.
+        Raises RecordError for more than files of frames can hold."""
         found = np.zeros((len(self.bodies), 3), dtype=np.int64)
         away = whole_periods(self.unwrapped - self.positions, scene.periods)
         if not (np.abs(away) < 2.0**31).all():
@@ -66,14 +66,14 @@ class Frame(NamedTuple):
 
     @property
     def momenta(self) -> Floats:
-        """(n, 2) masses times velocities; 0 for immovable bodies that stand."""
+        """(n, 2) masses times velocities; 0 for immovable bodies at rest."""
         mass, v = self.masses[:, None], self.velocities
         return np.multiply(mass, v, out=np.zeros_like(v), where=v != 0.0)
 
 
 class _Species:
     """Types of bodies for other programs, in the order of their appearance: one for each kind and shape, or
-    for each radius where bodies are discs of one kind and few radii."""
+    for each radius if bodies are discs of one kind and few radii."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -88,15 +88,15 @@ class _Species:
         return np.array([self._known.setdefault(each, len(self._known)) for each in both], dtype=int)
 
     def numbers(self, frame: Frame) -> Array:
-        """Returns the places of shapes in the table, (n,); -1 for discs in a scene without shapes. Those that
-        were inserted by hand come behind those of the scene."""
+        """Returns the indices of shapes in the table, (n,); -1 for discs in a scene without shapes. Shapes
+        inserted by hand follow the scene's shapes."""
         shapes = frame.shapes.tolist() if self.table else []
         found = [self.table.setdefault(each, len(self.table)) for each in shapes]
         return np.array(found or [-1] * len(frame.bodies), dtype=int)
 
     @property
     def names(self) -> list[str]:
-        """The name of each type: its kind, and its radius or the number of its shape if it has one."""
+        """The name of each type: its kind, and its radius or the number of its shape, if any."""
         kinds = self._scene.kinds
         return [f"{kinds[kind]}" if size == -1 else f"{kinds[kind]} {size!r}" for kind, size in self._known]
 
@@ -118,8 +118,8 @@ def _described(shape: Shape) -> dict[str, Any]:
 
 
 def frames_of(source: Simulation | Trajectory, times: Iterable[float]) -> Iterator[Frame]:
-    """Yields the frames of a simulation, which runs on to each of these times, or of a trajectory;
-    RecordError for a body inserted by hand, whose radius a trajectory does not have."""
+    """Yields the frames of a simulation, which runs on to each of these times, or of a trajectory.
+    RecordError for a body inserted by hand: a trajectory does not have its radius."""
     scene = source.scene
     kinds = {kind: number for number, kind in enumerate(scene.kinds)}
     if isinstance(source, Simulation):
@@ -154,8 +154,8 @@ def frames(source: Simulation | Trajectory, times: Iterable[float], form: str = 
     """Yields the bodies at these times as objects of another program, in memory: ``ase.Atoms`` (which
     ``ovito.io.ase.ase_to_ovito`` takes as well), or for "gsd" ``gsd.hoomd.Frame``.
 
-    The columns are those of files (``kinetile export``). A simulation runs on to each time. Raises BadOption
-    for another form, and MissingExtra without the package.
+    The columns are the same as in files (``kinetile export``). A simulation runs on to each time. Raises
+    BadOption for another form, and MissingExtra without the package.
     """
     if form not in ("ase", "gsd"):
         raise BadOption(f"{form!r} is no form of frames in memory; expected {one_of(form, ('ase', 'gsd'))}")
@@ -170,9 +170,9 @@ def frames(source: Simulation | Trajectory, times: Iterable[float], form: str = 
 
 
 def write_frames(path: Path, scene: Scene, frames: Iterable[Frame]) -> int:
-    """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns their
-    number. Shapes are in GSD itself, and beside XYZ in NAME.shapes.json. Raises MissingExtra without gsd for
-    .gsd, and OSError."""
+    """Writes frames to a file that ends in .xyz, .extxyz or .gsd, complete or not at all; returns the number
+    of frames. GSD contains the shapes; for XYZ they are in NAME.shapes.json. Raises MissingExtra without gsd
+    for .gsd, and OSError."""
     form = check_form(path)
     many, species = 0, _Species(scene)
     of_bodies: dict[int, int] = {}
@@ -239,7 +239,7 @@ def _xyz(frame: Frame, scene: Scene, types: Array, shapes: Array) -> str:
 
 def _gsd_frame(frame: Frame, scene: Scene, species: _Species, step: int) -> Any:
     low, sides = np.zeros(2), np.array(scene.arena or (1.0, 1.0))
-    if scene.arena is None:  # a box has to be there: the smallest around the bodies
+    if scene.arena is None:  # a box is required: the smallest around the bodies
         low = (frame.positions - frame.radii[:, None]).min(axis=0, initial=0.0)
         sides = (frame.positions + frame.radii[:, None]).max(axis=0, initial=1.0) - low
     made = gsd_module().Frame()

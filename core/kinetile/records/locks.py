@@ -1,9 +1,9 @@
 """Locks: a file that is being written has one writer.
 
 The writer holds a lock (``flock``) on the open file from before the first byte until FILE has its name; a
-killed process no longer holds it. Without ``flock`` (Windows, some network file systems) a file that is being
-written cannot be distinguished from an abandoned one, so an existing FILE.partial is refused until it is
-removed; it can be read, and stays.
+killed process no longer holds it. Without ``flock`` (Windows, some network file systems) nobody can
+distinguish a file that is being written from an abandoned one, so an existing FILE.partial is refused until
+it is removed; it can be read, and stays.
 """
 
 import errno
@@ -70,8 +70,8 @@ def _check_contents(file: LogFile, partial: Path) -> None:
 
 
 def open_left(partial: Path) -> tuple[BinaryIO, bool]:
-    """Opens FILE.partial to read it; returns it, and whether it certainly has no writer: none begins
-    meanwhile. RecordError if it has one, OSError if it cannot be opened."""
+    """Opens FILE.partial to read it; returns it, and True if it certainly has no writer and cannot get one
+    meanwhile. RecordError if it has a writer, OSError if it cannot be opened."""
     file = open_regular(partial)
     try:
         return file, _lock(file.fileno(), partial, shared=True)
@@ -83,8 +83,8 @@ def open_left(partial: Path) -> tuple[BinaryIO, bool]:
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
     """Excludes other writers, within this context, of a file that is replaced repeatedly, by a lock on
-    FILE.lock, which is then removed; RecordError if there is one. Without locks, or FILE.lock, it excludes
-    none."""
+    FILE.lock, which is then removed; RecordError if there is another writer. Without locks, or if FILE.lock
+    cannot be made, it excludes nobody."""
     target = Path(os.path.realpath(path))
     name = target.with_name(target.name + ".lock")
     held, process = None, os.getpid()
@@ -99,7 +99,7 @@ def alone(path: Path) -> Iterator[None]:
     finally:
         if held is not None:
             with suppress(OSError):
-                if process == os.getpid() and name.stat().st_size == 0:  # else of its parent, or another file
+                if process == os.getpid() and name.stat().st_size == 0:  # else its parent's, or another file
                     name.unlink()
             held.close()
 
@@ -114,13 +114,13 @@ def _open(partial: Path, mode: int) -> tuple[int, bool]:
 
 
 def _check_kind(found: os.stat_result, partial: Path) -> None:
-    """Raises RecordError for a folder, a link, a pipe or a device: whatever stands there stays there."""
+    """Raises RecordError for a folder, a link, a pipe or a device: it is left unchanged."""
     if not stat.S_ISREG(found.st_mode):
         raise RecordError(f"{partial} is there and is no regular file: move it away")
 
 
 def _lock(descriptor: int, partial: Path, *, shared: bool = False) -> bool:
-    """Locks a file; returns whether there are locks. Raises RecordError where another run holds this one."""
+    """Locks a file; returns False without locks. Raises RecordError if another run holds this one."""
     if flock is None:
         return False
     try:

@@ -1,19 +1,19 @@
-"""Log of an active run: its rows batch by batch, each of which is complete or absent.
+"""Log of an active run: its rows in batches, and each batch is complete or absent.
 
-Parquet has its index at the end, so rows go first to a file that can be read at every length::
+Parquet has its index at the end, so rows are first written to a file that is readable at every length::
 
     "kinetile rows 1\\n"                                    16 bytes
     head, batch, batch, ...                                 each: lengths, text, rows, checksum
 
-``lengths`` are those of the text and of the rows in bytes (two unsigned integers of 8 bytes), ``text`` is
-JSON, ``rows`` are rows (dtype LOG) as they lie in memory, all little-endian. The text of the head has the
-columns, the scene, and a number of its own; that of a batch the metadata at its time. ``checksum`` (4 bytes)
+``lengths`` are the lengths of the text and of the rows in bytes (two unsigned integers of 8 bytes), ``text``
+is JSON, ``rows`` are rows (dtype LOG) as in memory, all little-endian. The text of the head has the columns,
+the scene, and a number of its own; the text of a batch has the metadata at its time. ``checksum`` (4 bytes)
 is the CRC-32 of the whole file up to it, without the other checksums, so old bytes of the disk cannot pass
-for a batch. A batch counts if its lengths fit into the file and its checksum is right, and nothing counts
-after one that does not. A kill leaves a prefix of the rows; a write that fails, on a full disk, is undone.
+for a batch. A batch counts if its lengths fit into the file and its checksum is right; after a batch that
+does not count, nothing counts. A kill leaves a prefix of the rows; a failed write, on a full disk, is undone.
 
-An Arrow IPC stream has no checksums: of 400 flipped bits, 298 gave other rows and no error; with checksums in
-its metadata writing takes a third longer (317 ns a row, here 234).
+An Arrow IPC stream has no checksums: 298 of 400 flipped bits gave other rows and no error. With checksums in
+its metadata, writing takes a third longer (317 ns a row, here 234).
 """
 
 import hashlib
@@ -69,7 +69,7 @@ def _without_comment(scene: str) -> str:
 
 
 class LogWriter:
-    """Writer of a log, into an empty file; OSError where the disk has no room, with nothing written."""
+    """Writer of a log, into an empty file; OSError if the disk has no room, with nothing written."""
 
     def __init__(self, file: "LogFile", checksum: int) -> None:
         self._file = file
@@ -86,7 +86,7 @@ class LogWriter:
 
     @classmethod
     def behind(cls, file: "LogFile", at: tuple[int, int]) -> "LogWriter":
-        """Returns a writer that continues at a place in a log (``LogReader.at``); the rest is discarded."""
+        """Returns a writer that continues at a place in a log (``LogReader.at``); discards the rest."""
         file.go_to(at[0])
         return cls(file, at[1])
 
@@ -102,8 +102,8 @@ class LogWriter:
 class LogReader:
     """Reader of a log: yields its rows batch by batch (dtype LOG), from front to back, once. ``scene`` is the
     scene as TOML; ``text`` the metadata after the last yielded rows, "" before the first batch; ``rest``, at
-    the end, the number of bytes after the last batch that counts. RecordError, in which the file is called
-    ``name``, for a file that is no log, has no head, or has other columns."""
+    the end, the number of bytes after the last batch that counts. RecordError, with the file's ``name``, for
+    a file that is no log, has no head, or has other columns."""
 
     def __init__(self, file: BinaryIO, name: str) -> None:
         self._file = file
@@ -139,8 +139,8 @@ class LogReader:
         return self._file.tell(), self._checksum
 
     def find(self, beginning: Beginning) -> tuple[tuple[int, int], Array]:
-        """Returns where the last batch of a beginning's rows ends, and its rows behind that; RecordError
-        where the log begins with others, or has fewer."""
+        """Returns the end of the last whole batch of a beginning's rows, and its rows after that; RecordError
+        if the log begins with other rows, or has fewer."""
         seal, have, at, cut = Seal(), 0, self.at, np.zeros(0, LOG)
         for rows in self:
             cut = rows[: beginning.rows - have]
@@ -158,7 +158,7 @@ class LogReader:
         self.rest = self._size - self._file.tell()
 
     def _next(self) -> tuple[bytes, bytes] | None:
-        """Returns text, and text and rows, of the next batch if it counts; else None, and stay before it."""
+        """Returns text, and text and rows, of the next batch if it counts; else None, and stays before it."""
         at = self._file.tell()
         lengths = self._file.read(_LENGTHS.size)
         if len(lengths) == _LENGTHS.size:
@@ -178,7 +178,7 @@ class LogReader:
 
 
 def holds_nothing(file: BinaryIO) -> bool:
-    """Whether a file can be overwritten without loss: it is empty, or a log without any rows."""
+    """Returns True if a file can be overwritten without loss: it is empty, or a log without rows."""
     if not os.fstat(file.fileno()).st_size:
         return True
     try:
@@ -216,7 +216,7 @@ class Seal:
 
 
 class LogFile:
-    """An empty file, written from front to back; a write that fails leaves it as it was before."""
+    """An empty file, written from front to back; a failed write leaves it unchanged."""
 
     def __init__(self, descriptor: int) -> None:
         self._file = open(descriptor, "wb", buffering=0)  # noqa: SIM115 - `close` does
@@ -224,7 +224,7 @@ class LogFile:
 
     @property
     def closed(self) -> bool:
-        """Whether the file is closed."""
+        """True if the file is closed."""
         return self._file.closed
 
     def write(self, *parts: bytes | memoryview) -> None:
@@ -245,7 +245,7 @@ class LogFile:
         self._file.close()
 
     def go_to(self, position: int) -> None:
-        """Continues from a position in the file; the rest is discarded."""
+        """Continues from a position in the file; discards the rest."""
         os.ftruncate(self._file.fileno(), position)
         self._file.seek(position)
         self.position = position
@@ -255,18 +255,18 @@ class LogFile:
         os.fsync(self._file.fileno())
 
     def reader(self) -> BinaryIO:
-        """Returns the file to be read from its beginning; until that is closed, nothing can be written."""
+        """Returns the file for reading from its beginning; nothing can be written until that is closed."""
         reader = open(self._file.fileno(), "rb", closefd=False)  # noqa: SIM115 - the caller closes it
         reader.seek(0)
         return reader
 
     @property
     def gone(self) -> bool:
-        """Whether the file has been deleted while it was open."""
+        """True if the file has been deleted while it was open."""
         return os.fstat(self._file.fileno()).st_nlink == 0
 
     def is_at(self, path: Path) -> bool:
-        """Whether a path means this file."""
+        """Returns True if a path means this file."""
         try:
             return os.path.samestat(os.fstat(self._file.fileno()), path.stat())
         except OSError:

@@ -1,6 +1,6 @@
-"""Reading of event files: the result is exactly what was written, which a digest over the rows, the metadata
-and the scene shows, or a RecordError with the reason. The kinds of bodies that were inserted interactively
-are in the metadata, as runs: [first number, last number, kind] each, ascending."""
+"""Reading of event files: the result is exactly the written file, which a digest over the rows, the metadata
+and the scene proves, or a RecordError with the reason. The metadata have the kinds of interactively inserted
+bodies as runs: [first number, last number, kind] each, ascending."""
 
 import json
 import os
@@ -34,22 +34,21 @@ class EventFile(NamedTuple):
     metadata: dict[str, Any]
 
     def kinds_of(self, bodies: npt.ArrayLike) -> Array:
-        """Returns the kinds with which bodies came, by their numbers, such as a column of ``rows``, as an
-        array of objects: "wall" for a number below 0, None for one that no body of the file has."""
+        """Returns the first kinds of bodies, by their numbers, such as a column of ``rows``, as an array of
+        objects: "wall" for a number below 0, None for a number that no body of the file has."""
         return kinds_in(self.metadata["kinds"], bodies)
 
 
 @answering
 def read_events(path: str | os.PathLike[str]) -> EventFile:
-    """Reads an event file. Raises MissingExtra without pyarrow, and RecordError if there is no event file of
+    """Reads an event file. Raises MissingExtra without pyarrow, and RecordError if it is no event file of
     kinetile, if it is damaged or changed, or if it is FILE.partial of an active or killed run.
 
-    The metadata are those the recorder was given, and "scene" (the scene as TOML text), "status", "rows",
-    "missing" (rows of the run that are not in the file), "start", "time_unit", "places" (from where to where
-    those of the rows are, by periodic axis), "time" (how far the rows go), "kinds" ([first, last, kind] for
-    each run of bodies of one kind; ``EventFile.kinds_of`` looks them up), "fingerprint" (of the contacts in
-    the file), "answer" (the number of the specification that they follow), "recipe", "parameters",
-    "versions".
+    The metadata are the recorder's input, and "scene" (the scene as TOML text), "status", "rows", "missing"
+    (rows of the run that are not in the file), "start", "time_unit", "places" (the range of places in the
+    rows, by periodic axis), "time" (the end of the rows), "kinds" ([first, last, kind] for each run of bodies
+    of one kind; ``EventFile.kinds_of`` looks them up), "fingerprint" (of the contacts in the file), "answer"
+    (the number of the specification that they follow), "recipe", "parameters", "versions".
     """
     return read_with_scene(path)[0]
 
@@ -66,11 +65,11 @@ def read_with_scene(path: str | os.PathLike[str]) -> tuple[EventFile, Scene]:
         metadata, scene = json.loads(text), loads_scene(scene_text, look_up=False)
         kinds: Runs = []
         _extend(kinds, ((body, scene.kinds[kind]) for body, kind in sorted(kind_of_each(scene).items())))
-        kinds += metadata["kinds"]  # of bodies that were inserted interactively
-        kinds_in(kinds, [])  # raises where they are no runs
+        kinds += metadata["kinds"]  # of interactively inserted bodies
+        kinds_in(kinds, [])  # raises if they are no runs
         if not (is_finite(metadata["missing"]) and is_finite(metadata["time"])):
             raise ValueError("'missing' and 'time' are no numbers")
-    except Exception as error:  # sealed with the right digest, it can be anything
+    except Exception as error:  # with a right digest, the content can still be anything
         raise RecordError(f"{path} has metadata or a scene that no run writes: {error}") from error
     return EventFile(rows, metadata | {"scene": scene_text, "kinds": kinds}), scene
 
@@ -79,7 +78,7 @@ def _read(path: Path) -> tuple[Array, list[str]]:
     pa, pq = pyarrow_modules()
     partial, left = f"{path}{PARTIAL}", ""
     if not os.path.exists(path) and os.path.exists(partial):
-        left = f"; `kinetile recover {partial}` makes it of what a run has left"
+        left = f"; `kinetile recover {partial}` makes it from the log of a run"
     with record_errors(f"{path} cannot be read as an event file", left, of=Exception):
         check_regular(path)
         if is_log(path):
@@ -116,7 +115,7 @@ def _check_columns(pa: Any, path: Path, schema: Any) -> None:
 
 def _read_rows(path: Path, file: Any) -> Array:
     count, size = file.metadata.num_rows, os.stat(path).st_size
-    if count > size:  # Snappy makes at most 21 bytes of one: the 72 of a row's floats take more than three
+    if count > size:  # Snappy expands a byte to at most 21: the 72 of a row's floats take more than three
         raise RecordError(f"{path} is damaged: {count:,} rows cannot be in {size:,} bytes")
     rows = np.empty(count, LOG)
     first = 0
@@ -146,7 +145,7 @@ class KindsByHand:
         self._next = max(kind_of_each(scene), default=-1) + 1 if self.several else 0
 
     def add(self, bodies: Array, kinds_of: Callable[[Array], Array]) -> None:
-        """Notes the kinds of those of these bodies, in ascending order, that have not been noted."""
+        """Notes the kinds of these bodies, in ascending order, unless they have been noted."""
         new = bodies[bodies >= self._next]
         if self.several and len(new):
             _extend(self.runs, zip(new.tolist(), kinds_of(new).tolist(), strict=True))
@@ -163,7 +162,7 @@ def _extend(runs: Runs, kinds: Iterable[tuple[int, Any]]) -> None:
 
 def kinds_in(runs: Runs, bodies: npt.ArrayLike) -> Array:
     """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: "wall" for a
-    number below 0, None for a body of which the runs do not say it. TypeError for no numbers."""
+    number below 0, None for a body that is not in the runs. TypeError for other values."""
     numbers = body_numbers(bodies)
     first = np.array([run[0] for run in runs] or [_LARGEST], dtype=np.int64)
     last = np.array([run[1] for run in runs] or [_LARGEST], dtype=np.int64)

@@ -1,15 +1,15 @@
 """Recorder of a run: it writes every event that changes a flight plan into an event file.
 
-A row is one such event, with position and velocity of its bodies right after it (the columns are those of
-``kinetile.LOG``). Between two of its rows a body flies straight, so the rows and the scene in the metadata
-are the whole trajectory (``kinetile.records.trajectory``).
+A row is one such event, with position and velocity of its bodies right after it (``kinetile.LOG`` has the
+columns). Between two of its rows a body flies straight, so the rows and the scene in the metadata are the
+whole trajectory (``kinetile.records.trajectory``).
 
 During a run its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run can write
 meanwhile (``kinetile.records.locks``), at most a quarter of a second or 65,536 rows late. When the recorder
-closes, at every end of a run, ``FILE`` is made from the log, in Parquet (``kinetile.records.finishing``), and
-the log is removed. "status" in the metadata is "complete", "interrupted", "fault: ..." or "disk: ...". A
-process that is killed, or has no room for ``FILE``, leaves the log, from which ``kinetile.records.recover``
-makes it. A link is followed; only regular files are replaced.
+closes, at every end of a run, it makes ``FILE`` from the log, in Parquet (``kinetile.records.finishing``),
+and removes the log. "status" in the metadata is "complete", "interrupted", "fault: ..." or "disk: ...". A
+process that is killed, or has no room for ``FILE``, leaves the log; ``kinetile.records.recover`` makes
+``FILE`` from it. A link is followed; only regular files are replaced.
 """
 
 import json
@@ -52,15 +52,15 @@ class EventRecorder:
     ``status`` the status in the file's metadata (or the state of a file that could not be finished),
     ``missing`` the number of rows of the simulation that were not passed to this recorder.
 
-    ``behind`` is a resumed simulation (``kinetile.resume``): the rows before its checkpoint are the beginning
-    of this file, if they are found (then ``goes_on``): in FILE.partial if the run was killed, in FILE if it
-    ended. Later events are recorded again. Without earlier rows the file begins at the checkpoint.
+    ``behind`` is a resumed simulation (``kinetile.resume``): the rows before its checkpoint begin this file,
+    if they are found (then ``goes_on`` is True): in FILE.partial if the run was killed, in FILE if it ended.
+    Later events are recorded again. Without earlier rows the file begins at the checkpoint.
 
     An existing file, and the rows of a killed run into it, are refused, unless ``overwrite``: then the file
     is replaced when the recorder closes. A recorder writes one file, inside one ``with`` and in one process:
-    elsewhere, as in a forked child, it takes no rows. Raises MissingExtra without pyarrow, and RecordError if
-    the file exists, is being written by another run or cannot be written; rows written before an error are
-    kept, in FILE, or in FILE.partial if the message says so.
+    elsewhere, as in a forked child, it accepts no rows. Raises MissingExtra without pyarrow, and RecordError
+    if the file exists, if another run is writing it, or if it cannot be written; rows written before an error
+    are kept, in FILE, or in FILE.partial if the message says so.
     """
 
     @answering
@@ -130,8 +130,8 @@ class EventRecorder:
         return self
 
     def _begin(self, file: LogFile, left: bool) -> LogFile:
-        """Begins the log, in FILE.partial or in its replacement, with the rows that are recorded already:
-        first under another name, until it is complete, so that a kill leaves the old file."""
+        """Begins the log, in FILE.partial or in its replacement, with the rows that are already recorded:
+        under another name until it is complete, so that a kill leaves the old file."""
         at, rows = self._found(file) if left and self._behind is not None else (None, self._earlier())
         unfinished = self.partial.with_name(self.partial.name + ".unfinished")
         apart = (at is None or len(rows) > 0) and os.name != "nt"  # where an open file cannot be replaced
@@ -163,7 +163,7 @@ class EventRecorder:
         return new
 
     def _found(self, file: LogFile) -> tuple[tuple[int, int], Array]:
-        """Returns where the batches of this run end in a log, and its rows behind that, within a batch."""
+        """Returns the end of this run's whole batches in a log, and its rows after that, within a batch."""
         assert self._behind is not None
         with file.reader() as content:
             at, rows = LogReader(content, str(self.partial)).find(self._behind)
@@ -185,16 +185,16 @@ class EventRecorder:
         if error is None:
             self.close()
         elif self._process != os.getpid():
-            pass  # a child ends, and its error is what it has to say
+            pass  # a child ends, and its own error is raised
         elif isinstance(error, KeyboardInterrupt):
             self.close("interrupted")
         else:
             self.close(f"fault: {type(error).__name__}: {error}")
 
     def __call__(self, rows: Array) -> None:
-        """Takes the next rows (dtype LOG), which are copied.
+        """Receives the next rows (dtype LOG), and copies them.
 
-        Raises RecordError when the disk is full, and outside of the ``with`` in which the file is open.
+        Raises RecordError if the disk is full, and outside of the ``with`` that keeps the file open.
         """
         if self._full:
             raise self._full
@@ -223,7 +223,7 @@ class EventRecorder:
             self._open_file().sync()
 
     def begin(self, moment: Moment, before: int) -> None:
-        """Begins a run. Rows not received are counted as ``missing``: the others are not the whole motion."""
+        """Begins a run. Rows not received count as ``missing``: the others are not the whole motion."""
         if self._kinds.several:
             self._kinds_of = moment.kinds_of
             self._kinds.add(np.arange(moment.numbers), moment.kinds_of)
@@ -234,7 +234,7 @@ class EventRecorder:
         self._reached = time
 
     def close(self, status: str = "complete") -> None:
-        """Writes what is pending, and makes the file of it; twice, or before it was opened, does nothing.
+        """Writes pending rows, and makes the file; a second call, or one before the opening, does nothing.
         Raises RecordError if rows had to be left out, or if the file could not be made."""
         if self._file is None or self._file.closed:
             return
@@ -309,7 +309,7 @@ class EventRecorder:
             if file.gone:
                 raise self._lost()
             last = self._metadata(self._last, behind=self._full is not None)
-            with suppress(OSError):  # of a full disk: the event file has it, if there is room for that
+            with suppress(OSError):  # a full disk: the event file has it, if there is room for that
                 self._log.write(last, np.zeros(0, LOG))
             if not file.is_at(self.partial):
                 raise RecordError(

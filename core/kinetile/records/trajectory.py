@@ -1,9 +1,9 @@
-"""Trajectories: where every body was, at any time, from the rows of an event file.
+"""Trajectories: the position of every body at any time, from the rows of an event file.
 
-From one row that names it to the next a body has one flight plan, so its place follows from its last row at
-or before a time, and from its acceleration (``kernel.plan``): that of the scene, of its insertion, or of the
-last row that gives it one. Elapsed time is counted in whole ticks of 2**-52 time units, as the kernel counts
-it, and rounded once, so the positions are those of the run itself, to the last bit.
+From one row that names it to the next, a body has one flight plan. So its place follows from its last row at
+or before a time, and from its acceleration (``kernel.plan``), which the scene, its insertion, or the last row
+with one gives. Elapsed time is counted in whole ticks of 2**-52 time units, as in the kernel, and rounded
+once, so the positions are equal to the run's, to the last bit.
 """
 
 import math
@@ -32,8 +32,8 @@ from kinetile.scene.values import body_numbers
 
 
 class PlansAt(NamedTuple):
-    """Flight plans at a time: of which bodies (n,), their plans, the time since their anchors (n,), the
-    periods that were taken off the anchors (n, 2), and their accelerations (n, 2)."""
+    """Flight plans at a time: the bodies (n,), their plans, the time since their anchors (n,), the periods
+    taken off the anchors (n, 2), and the accelerations (n, 2)."""
 
     bodies: Integers
     plan: Plan | AcceleratedPlan
@@ -43,20 +43,20 @@ class PlansAt(NamedTuple):
 
     @property
     def places(self) -> Floats:
-        """Where the bodies are, (n, 2)."""
+        """The positions of the bodies, (n, 2)."""
         return positions_after(self.plan, self.elapsed)
 
 
 _FARTHEST = 2.0**500
-"""No number of a flight is as large: then no square of one overflows."""
+"""All numbers of a flight are smaller, so no square of one overflows."""
 
 _AT_ONCE = 1 << 16
-"""Flights that are checked at once: all of a long run would take three times the memory of its rows."""
+"""The number of flights checked at once: all of a long run would take three times its rows' memory."""
 
 
 def first_accelerations(scene: Scene, numbers: int) -> Floats:
-    """Returns the accelerations (numbers, 2) with which bodies begin, by their numbers; that of gravity for
-    one that is neither of the scene nor of an insertion that it plans."""
+    """Returns the first accelerations of bodies, (numbers, 2), by their numbers; gravity for a body that is
+    neither in the scene nor in one of its planned insertions."""
     found = np.tile(np.array(scene.gravity), (numbers, 1))
     found[: len(scene)] = scene.acceleration
     for each in scene.commands:
@@ -67,8 +67,8 @@ def first_accelerations(scene: Scene, numbers: int) -> Floats:
 
 class Trajectory:
     """The whole motion of a scene: rows (dtype LOG, in the order of events) of a run that began with it, to
-    the time ``end``, by default that of what ``Simulation.recorded`` returns, or of the last row; after that
-    bodies fly on. Raises RecordError where rows are missing, as without a recorder in one of the runs."""
+    the time ``end``, by default the end of a scene from ``Simulation.recorded``, or the last row; after it
+    bodies fly on. Raises RecordError if rows are missing, as after a run without a recorder."""
 
     @answering
     def __init__(self, rows: Array, scene: Scene, end: float | None = None) -> None:
@@ -82,13 +82,13 @@ class Trajectory:
         self.rows = np.asarray(rows, dtype=LOG)
         self.scene = scene
         self._clock = Clock(scene.start, scene.time_unit)
-        # To find the flights that have begun by a row: sorted by body, and those of one body by their rows.
+        # For the search of flights that have begun by a row: sorted by body, then by row.
         self._flights = flights = Flights.of(self.rows)
         self._span = len(self.rows) + 1
         last = max(int(self.rows[name].max(initial=-1)) for name in ("a", "b"))
         self._numbers = max(len(scene), last + 1)
         known = max(kind_of_each(scene), default=-1) + 1 + int((self.rows["b"] == INSERTED).sum())
-        if self._numbers > known:  # arrays of all bodies would be as long as any number says
+        if self._numbers > known:  # else a wrong number would set the length of arrays
             raise RecordError(
                 f"a row is of body {last}, and there are {known} with all that were inserted: "
                 "these rows are no whole trajectory"
@@ -101,7 +101,7 @@ class Trajectory:
     @answering
     def read(cls, path: str | os.PathLike[str]) -> "Trajectory":
         """Reads an event file with the scene in it. Raises MissingExtra and RecordError as ``read_events``,
-        and RecordError for a file in which a row before its last one is missing."""
+        and RecordError for a file that lacks a row before its last one."""
         path = Path(path)
         found, scene = _whole(path)
         try:
@@ -110,33 +110,33 @@ class Trajectory:
             raise RecordError(f"{path} is no whole trajectory: {error}") from error
 
     def positions(self, time: float) -> Floats:
-        """Returns the positions (n, 2) of all bodies that there are at ``time``, in the order of ``bodies``;
-        along a periodic axis from 0 to less than the period. Raises ValueError unless it is finite and not
+        """Returns the positions (n, 2) of all bodies present at ``time``, in the order of ``bodies``; along a
+        periodic axis from 0 to less than the period. Raises ValueError unless the time is finite and not
         before the start."""
         return in_box(self.flight_plans(time).places, self.scene.periods)
 
     def unwrapped(self, time: float) -> Floats:
-        """Returns the positions (n, 2) as if no axis were periodic: each body's first position and all that
-        it has flown. In a scene without a periodic axis that is ``positions``."""
+        """Returns the positions (n, 2) as if no axis were periodic: each body's first position plus its whole
+        flight. In a scene without a periodic axis these are ``positions``."""
         plans = self.flight_plans(time)
         return np.asarray(plans.places + plans.images * self.scene.periods)
 
     def bodies(self, time: float) -> Integers:
-        """Returns the numbers of the bodies that there are at ``time``, (n,), ascending."""
+        """Returns the numbers of the bodies present at ``time``, (n,), ascending."""
         return self.flight_plans(time).bodies
 
     def velocities(self, time: float) -> Floats:
-        """Returns the velocities (n, 2) of all bodies at ``time``, after the events of that very time."""
+        """Returns the velocities (n, 2) of all bodies at ``time``, after its events."""
         plans = self.flight_plans(time)
         return velocities_after(plans.plan, plans.elapsed)
 
     def accelerations(self, time: float) -> Floats:
-        """Returns the accelerations (n, 2) of all bodies at ``time``, after the events of that very time."""
+        """Returns the accelerations (n, 2) of all bodies at ``time``, after its events."""
         return self.flight_plans(time).acceleration
 
     @cached_property
     def _accelerations(self) -> tuple[Floats, Floats]:
-        """Those with which bodies begin, (numbers, 2), and those in force from each flight on, (m, 2)."""
+        """The first accelerations of bodies, (numbers, 2), and those in force from each flight on, (m, 2)."""
         begin = first_accelerations(self.scene, self._numbers)
         return begin, self._flights.accelerations(begin)
 
@@ -146,20 +146,20 @@ class Trajectory:
 
     @cached_property
     def _images(self) -> Floats:
-        """(m, 2) how many periods have been taken off the body of each flight since its first place."""
+        """(m, 2) the number of periods taken off the body of each flight since its first place."""
         order, parts = self._flights.by_body, (self._strayed(part)[0] for part in self._parts)
         off = whole_periods(np.concatenate([*parts]), self.scene.periods)
         body, off = self._flights.body[order], off[order]
         sums = np.cumsum(off, axis=0)
-        begins = self.rows["b"][self._flights.row[order]] == MOVED  # then they are counted from 0
+        begins = self.rows["b"][self._flights.row[order]] == MOVED  # then the count restarts from 0
         begins |= np.append(True, body[1:] != body[:-1])[: len(body)]
         found = np.empty_like(sums)
         found[order] = sums - (sums - off)[np.maximum.accumulate(np.where(begins, np.arange(len(body)), 0))]
         return found
 
     def _strayed(self, which: slice) -> tuple[Floats, Floats]:
-        """Returns (m, 2) where each body flies until the row of a flight, less where that row says it is; and
-        the size of the numbers of each, for its rounding."""
+        """Returns (m, 2), for each flight, the place that the body reaches before its row minus the place in
+        the row; and the size of its numbers, for the rounding."""
         flights, rows, (begin, later) = self._flights, self.rows, self._accelerations
         body, row, last = flights.body[which], flights.row[which], flights.before[which]
         place, velocity = flights.value("x", "y", which=which), flights.value("vx", "vy", which=which)
@@ -172,7 +172,7 @@ class Trajectory:
         first, second, unit = last < 0, rows["b"][row], self._clock.unit
         moments = (rows["epoch"][at] + rows["tick"][at] * 2.0**-52 for at in (row, flights.row[last]))
         time, since = (each * unit for each in moments)
-        came, moved = second == INSERTED, second == MOVED  # it does not exist before, or was elsewhere
+        came, moved = second == INSERTED, second == MOVED  # it did not exist before, or was elsewhere
         begins, flies = place.copy(), np.zeros_like(place)
         starts = ~came & ~moved & first & (body < len(self.scene))
         begins[starts], flies[starts] = self.scene.position[body[starts]], self.scene.velocity[body[starts]]
@@ -188,8 +188,8 @@ class Trajectory:
         return flown - place, size + np.abs(pull) * (0.5 * time * time)[:, None]
 
     def _check_continuity(self) -> None:
-        """Raises RecordError unless each body flies, from row to row, to where the next row says it is, and
-        each command of the scene has its row."""
+        """Raises RecordError unless each body flies from row to row to the place in the next row, and each
+        command of the scene has its row."""
         flights, rows = self._flights, self.rows
         for part in self._parts:
             with np.errstate(all="ignore"):
@@ -202,7 +202,7 @@ class Trajectory:
                 raise gap(self, flights.row[before] if before >= 0 else -1, row, f"{what} in row {row}")
         own = rows[(rows["b"] <= TURNED) & (rows["b"] != REANCHORED)]
         done = {*zip(ticks_of(own).tolist(), own["a"].tolist(), strict=True)}
-        gone = {*own["a"][own["b"] == REMOVED].tolist()}  # and with it what the scene plans for it
+        gone = {*own["a"][own["b"] == REMOVED].tolist()}  # the scene's plans for them are void
         for each in self.scene.commands:
             ticks = self._clock.tick_of(each.time, each.at)
             after = int(np.searchsorted(rows["time"], each.time, side="right"))
@@ -214,7 +214,7 @@ class Trajectory:
             raise gap(self, -1, len(rows), f"{met:,} of {all_met:,} contacts are in them")
 
     def flight_plans(self, time: float) -> PlansAt:
-        """Returns the plans of all bodies that there are at ``time``; raises ValueError as ``positions``."""
+        """Returns the plans of all bodies present at ``time``; raises ValueError as ``positions``."""
         if not is_finite(time) or time < self.scene.start:
             raise ValueError(
                 f"time is {shown(time)}; expected {self.scene.start!r}, the scene's start, or later, and "
@@ -227,8 +227,8 @@ class Trajectory:
         return self._plans(np.arange(self._numbers, dtype=np.int64), done, now)
 
     def plans_after(self, row: int, bodies: Sequence[int]) -> PlansAt:
-        """Returns the plans of some bodies right after a row of ``rows``, at its exact time. IndexError if
-        there is none, TypeError for what are no numbers of bodies."""
+        """Returns the plans of some bodies right after a row of ``rows``, at its exact time. IndexError
+        without such a row, TypeError for values that are no numbers of bodies."""
         if read_count(row, "row", "rows") >= len(self.rows):
             raise IndexError(
                 f"row is {shown(row)}; expected less than the number of rows, {len(self.rows):,}"
@@ -238,7 +238,7 @@ class Trajectory:
         return self._plans(numbers[(numbers >= 0) & (numbers < self._numbers)], row + 1, now)
 
     def _plans(self, bodies: Integers, done: int, now: int) -> PlansAt:
-        """Returns the plans of those of some bodies that there are at a tick, after so many rows."""
+        """Returns the plans of the bodies in ``bodies`` that are present at a tick, after so many rows."""
         begun, n = bodies < len(self.scene), len(bodies)
         index = np.searchsorted(self._keys, bodies * self._span + done) - 1
         moved = np.flatnonzero(index >= 0)
@@ -261,7 +261,7 @@ class Trajectory:
         ticks[moved] -= ticks_of(rows)
         there = begun.copy()
         there[moved] = rows["b"] != REMOVED
-        elapsed = (ticks[there] / int(TICKS / self._clock.unit)).astype(np.float64)  # also of whole ages
+        elapsed = (ticks[there] / int(TICKS / self._clock.unit)).astype(np.float64)  # for any age
         plan = self._plan(anchor[there], velocity[there], acceleration[there])
         return PlansAt(bodies[there], plan, elapsed, images[there], acceleration[there])
 

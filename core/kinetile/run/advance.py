@@ -1,7 +1,7 @@
 """Runs to an end, chunk by chunk, or event by event; and the events that users see.
 
-The compiled loop runs within one span of the clock at a time. This module joins the spans: an end in time
-is in this span or a later one, and between two spans the clock's base moves on.
+The compiled loop runs within one span of the clock at a time. This module joins the spans: an end in time is
+in the present span or a later one, and between two spans the clock's base moves on.
 """
 
 import logging
@@ -30,17 +30,17 @@ from kinetile.scene.commands import COMMAND_KINDS, Does, doing
 from kinetile.scene.responses import Kind
 
 IDLE_SPANS = 1 << 12
-"""The number of empty spans of the clock after which a run without an end in time gives up."""
+"""A run without an end in time gives up after this number of empty spans of the clock."""
 
 MANY, CONTACTS_A_SPAN = 128, 64
-"""Spans that have passed, one by one or in a step, when a unit is advised for a scene with fewer contacts
-than would take as long."""
+"""The number of passed spans, one by one or in a step, after which a unit is advised for a scene with fewer
+contacts than would take as long."""
 
 AS_DEAR, AS_DEAR_TURNS = 32, 2048
-"""The number of bodies for which looking ahead costs as much as a span does, and on a torus."""
+"""The numbers of bodies, without and with a torus, for which looking ahead costs as much as a span."""
 
 MOST_ANCHORED = 10**9
-"""The number of rows above which a recording is refused that would have them for the clock alone."""
+"""The number of rows, for the clock alone, above which a recording is refused."""
 
 EventKind: TypeAlias = Literal[
     "structural", "turn", "accelerate", "kind", "move", "insert", "remove", "wall", "disc", "pass", "part"
@@ -60,8 +60,8 @@ EVENT_KINDS: dict[int, EventKind] = {
     PARTING: "part",
     **_COMMANDS,
 }
-"""The kinds of events by what the loop notes of the next one (``kernel.tables.NEXT_EVENT``). A plan that is
-only anchored again has none: users do not see it."""
+"""The kinds of events by the loop's code of the next event (``kernel.tables.NEXT_EVENT``). A plan that is
+only anchored again has no kind: users do not see it."""
 
 
 class End(NamedTuple):
@@ -75,8 +75,8 @@ class End(NamedTuple):
     events: int = UNLIMITED
 
     def within(self, engine: Engine) -> tuple[int, int, bool]:
-        """Returns the kernel's tick to which the present span of the clock can be run, how many contacts that
-        tick may have, and whether the end lies in it."""
+        """Returns the last tick of the kernel for a run of the present span of the clock, the number of
+        contacts that this tick may have, and True if the end lies in the span."""
         rest = SPAN if self.ticks is None else engine.clock.relative(self.ticks)
         last = rest < SPAN
         return min(rest, SPAN - 1), self.quota if last else UNLIMITED, last
@@ -90,12 +90,12 @@ class Event(NamedTuple):
         epoch: whole time units since the scene's start.
         tick: ticks of 2**-52 of a time unit after that.
         kind: "structural" (a certificate of the broad phase failed), "wall" (a body met a wall), "disc" (two
-            bodies met), "pass" (two begin to pass through each other), "part" (they end to), or that of a
-            command: "turn", "accelerate", "kind", "move", "insert" or "remove".
-        bodies: the bodies of the event, in ascending order; none at a structural event.
+            bodies met), "pass" (two begin to pass through each other), "part" (such a passing ends), or a
+            command's: "turn", "accelerate", "kind", "move", "insert" or "remove".
+        bodies: the bodies of the event, in ascending order; () at a structural event.
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.
-        kinds: the kinds of ``bodies``, in their order; empty if the scene has none.
+        kinds: the kinds of ``bodies``, in their order; () without kinds in the scene.
     """
 
     time: float
@@ -109,13 +109,13 @@ class Event(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """Why a run has ended; it is true where the run has reached its end in time, and false before that.
+    """The reason why a run has ended; true if the run has reached its end in time, else false.
 
     Attributes:
-        reason: "until"; or the argument because of which it ended before, "stop_at", "on_contact" (a function
-            has returned True), "max_contacts" or "max_events"; or "idle", where a run without an end in time
-            had nothing to do for two million time units.
-        event: the contact at which it stopped by ``stop_at`` or ``on_contact``, else None.
+        reason: "until"; or the argument that ended it before, "stop_at", "on_contact" (a function has
+            returned True), "max_contacts" or "max_events"; or "idle", if a run without an end in time had no
+            event for two million time units.
+        event: the contact that stopped it by ``stop_at`` or ``on_contact``, else None.
     """
 
     reason: Literal["until", "stop_at", "on_contact", "max_contacts", "max_events", "idle"]
@@ -126,8 +126,8 @@ class Ended(NamedTuple):
 
 
 def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[], None] | None) -> Ended:
-    """Runs to an end, with an audit at intervals of contacts and at the end, unless that is None; returns
-    why it has ended, by "stop_at" at any watched contact.
+    """Runs to an end, with an audit after every ``audit`` contacts and at the end, unless it is None; returns
+    the reason of the end, "stop_at" at any watched contact.
 
     ``after_chunk``, if given, is called after each chunk; an exception from it ends the run there.
     """
@@ -184,8 +184,8 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
 
 
 def _demand_feasible(engine: Engine, end: End, ticks: int) -> None:
-    """Raises Refused for a run to a time that is too many units of the clock away, or to one that needs more
-    rows of plans that the clock anchors again than a recording can have."""
+    """Raises Refused for a run to a time that is too many units of the clock away, or that needs more rows,
+    for plans that the clock anchors again, than a recording can have."""
     units, records = ticks // TICKS, engine.ledger.records
     bodies, unit = len(engine.taken), engine.clock.unit
     if not bodies or min(end.contacts, end.events) < UNLIMITED:
@@ -207,11 +207,11 @@ def _demand_feasible(engine: Engine, end: End, ticks: int) -> None:
 
 
 class _Stillness:
-    """Counts spans of the clock in which nothing happens, and skips those in which nothing can.
+    """Counts spans of the clock without an event, and skips spans that cannot have one.
 
     Attributes:
         quiet: spans in a row without a contact or a command; structural events do not count.
-        idle: of these, those after which no command is to come either: the waiting time of a run without end.
+        idle: the number of these after which no command comes either: the waiting time of a run without end.
     """
 
     def __init__(self) -> None:
@@ -226,10 +226,10 @@ class _Stillness:
         self._seen = happened
 
     def move_on(self, engine: Engine, end: End) -> None:
-        """Moves on to the next span of the clock in which something may happen.
+        """Moves on to the next span of the clock that may have an event.
 
-        Looking ahead costs as much as some spans do, and may be useless: so that many pass before it is
-        tried again, contacts or not.
+        Looking ahead costs as much as some spans do, and may be useless: so that many spans pass before the
+        next try, with or without contacts.
         """
         if self.quiet and self._wait < 0:
             most = IDLE_SPANS - self.idle if end.ticks is None else UNLIMITED
@@ -245,8 +245,8 @@ class _Stillness:
 
 
 def _advise_unit(engine: Engine) -> None:
-    """Logs the unit in which bodies are not slow, if they are for that of the scene; Refused if they are so
-    slow that what they fly is lost where plans are anchored, and no run would end."""
+    """Logs a better unit if bodies are slow in the scene's unit. Raises Refused if they are so slow that
+    anchoring a plan loses their flight to rounding, so no run would end."""
     unit, scene, speed = engine.clock.unit, engine.scene, engine.speed
     far = float(np.abs(scene.position).max(initial=0.0) + scene.radius.max(initial=0.0))
     size = max(scene.arena or (far or 1.0,))
@@ -326,7 +326,7 @@ def next_event(engine: Engine) -> Event | None:
 
 
 def _first_parting(engine: Engine, removal: Event) -> Event:
-    """Returns the first event of a removal, or a move: the first passing that it ends, if there is one."""
+    """Returns the first event of a removal, or a move: the first passing that it ends, or itself."""
     k, number = engine.k, removal.bodies[0]
     slot = int(k.slots[number])
     pairs = k.passings[(k.passings.a == slot) | ((k.passings.a >= 0) & (k.passings.b == slot))]
@@ -337,7 +337,7 @@ def _first_parting(engine: Engine, removal: Event) -> Event:
 
 
 class _Next(NamedTuple):
-    """What comes next, as ``kernel.tables.NEXT_EVENT`` has it."""
+    """The next event, as in ``kernel.tables.NEXT_EVENT``."""
 
     tick: int
     kind: int
@@ -346,8 +346,8 @@ class _Next(NamedTuple):
 
 
 def _look(engine: Engine, until: int, quota: int = UNLIMITED) -> _Next | None:
-    """Returns what comes next, up to and at a tick that may have ``quota`` contacts, or None.
-    It changes nothing except that guesses are computed exactly."""
+    """Returns the next event, up to and at a tick that may have ``quota`` contacts, or None. It changes
+    nothing except that guesses are computed exactly."""
     if engine.chunk(until, UNLIMITED, 0, quota) == TIME_REACHED:
         return None
     found = engine.fields.next
@@ -366,7 +366,7 @@ def _event_of(engine: Engine, head: _Next) -> Event | None:
 
 
 def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
-    """Returns the contact at which the loop stopped, and those that happened with it, after it in the log."""
+    """Returns the contact that stopped the loop, and the contacts that follow it in the log."""
     stops = engine.fields.stops
     if not stops.before[0]:
         first, *left = np.asarray(engine.k.met)[stops.row[0] : engine.ledger.latest].tolist()
@@ -376,7 +376,7 @@ def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
 
 
 def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None, list[ContactRow]]:
-    """Returns the first watched one of contacts that have happened, or None, and those after it."""
+    """Returns the first watched contact of some that have happened, or None, and the contacts after it."""
     for at, row in enumerate(rows):
         if _is_watched(engine, *row[2:]):
             return _event_of_row(engine, row), rows[at + 1 :]
@@ -384,7 +384,7 @@ def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None
 
 
 def _is_watched(engine: Engine, a: int, b: int) -> bool:
-    """Whether a contact of two numbers is watched (``bookkeeping.is_watched``); a body may be gone since."""
+    """True if a contact of two numbers, even of removed bodies, is watched (``bookkeeping.is_watched``)."""
     if b in _COMMANDS:
         return False
     k, kinds = engine.k, engine.scene.kinds
@@ -413,5 +413,5 @@ def _event_of_row(engine: Engine, row: ContactRow) -> Event:
     one, other = int(k.slots[a]), int(k.slots[b])
     meets = not engine.composition.passing or (
         one >= 0 and other >= 0 and not python_of(passes)(k, one, other)
-    )  # only passings wait until a body has gone
+    )  # only passings wait until a body is removed
     return Event(*when, "disc" if meets else "pass", (a, b))

@@ -1,5 +1,5 @@
-"""Arguments of a simulation's methods, checked before anything is done: each reader returns a value of the
-right type, or raises an error that names the value found and those allowed. Limits are a scene's."""
+"""Arguments of a simulation's methods, checked before any action: each reader returns a value of the right
+type, or raises an error that names the value found and the allowed ones. Limits are a scene's."""
 
 import logging
 import math
@@ -47,7 +47,7 @@ from kinetile.scene.values import VALUES
 from kinetile.toolbox.differences import DISC, Outline, circle_around
 
 _NO_NUMBERS = bool, np.bool_, float, np.floating
-"""Of bodies, as for an index of NumPy."""
+"""Numbers of bodies, as for an index of NumPy."""
 
 _FLOATS = {float, np.float64}
 
@@ -69,7 +69,7 @@ def read_direction(value: object) -> Point:
 
 
 def read_area(value: Any) -> tuple[Box, Outline | None]:
-    """Returns a box, or that around an outline and this, as it is placed; ValueError for anything else."""
+    """Returns a box, or a placed outline and the box around it; ValueError for anything else."""
     value = (0.0, 0.0, value) if isinstance(value, Shape) else value
     if isinstance(value, tuple | list) and len(value) == 3:
         (x, y), (core, r) = read_outline(value, "an area")
@@ -101,7 +101,7 @@ def read_length(value: Any, name: str) -> float:
 
 
 def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
-    """Returns how far a ray goes; ValueError for anything else, or for none where it would not end."""
+    """Returns the length of a ray; ValueError for anything else, or without one if the ray had no end."""
     if value is None:
         if not scene.periodic:
             return None
@@ -121,16 +121,16 @@ def read_within(value: Any, scene: Scene, direction: Point) -> float | None:
 def read_cast(
     body: Any, velocity: object, acceleration: object, scene: Scene, horizon: float
 ) -> tuple[Point, Outline, Point, Point]:
-    """Returns place, core and radius, velocity, and acceleration of a body that is cast, for ``horizon`` of
-    the scene's time where axes are periodic; ValueError for anything else."""
-    place, outline = read_outline(body, "what is cast")
+    """Returns place, core and radius, velocity, and acceleration of a cast body, for ``horizon`` of the
+    scene's time if axes are periodic; ValueError for anything else."""
+    place, outline = read_outline(body, "a cast body")
     vx, vy = read_point(velocity, "a velocity")
     if any(period and 2.0 * circle_around(outline) >= period for period in scene.periods):
         raise ValueError(f"a body is narrower than the period, {scene.periods}; found {shown(body)}")
     _demand_few_periods((horizon * vx, horizon * vy), scene, "this body", "a lower velocity")
     pull = scene.gravity if acceleration is None else read_point(acceleration, "an acceleration")
     for mistake in check_pull("", pull, scene.periodic):
-        raise ValueError(f"the acceleration of what is cast is {mistake.found}; expected {mistake.expected}")
+        raise ValueError(f"the acceleration of a cast body is {mistake.found}; expected {mistake.expected}")
     return place, outline, (vx, vy), pull
 
 
@@ -161,7 +161,7 @@ def _read_numbers(value: Any, count: int, what: str) -> list[float]:
 
 
 def read_until(engine: Engine, until: float | None, duration: float | None) -> float | None:
-    """Returns ``until``, or the time that lies a duration ahead; ValueError for both, or for no duration."""
+    """Returns ``until``, or the time after a duration; ValueError for both, or for an invalid duration."""
     if duration is None:
         return until
     if until is None and is_finite(duration) and duration >= 0.0:
@@ -204,7 +204,7 @@ def read_end(
 
 
 def tell_of_late_commands(engine: Engine, end: End) -> None:
-    """Logs that a run ends with its scene, before a planned command; a recording ends there on purpose."""
+    """Logs that a run ends with its scene, before a planned command; a recording may end there."""
     scene, until = engine.scene, end.until
     of_scene = until is not None and until == scene.settings.until and scene.settings.end is None
     if of_scene and scene.commands and end.contacts == end.events == UNLIMITED:
@@ -215,16 +215,16 @@ def tell_of_late_commands(engine: Engine, end: End) -> None:
 
 
 def read_body(engine: Engine, body: object, or_coming: bool = False) -> int:
-    """Returns the number of a body that is present, or will be inserted by the scene; IndexError, with what
-    is known of it, for any other number, TypeError for a value that is no number."""
+    """Returns the number of a present body, or of one that the scene will insert. IndexError, with the known
+    facts, for any other number, TypeError for a value that is no number."""
     if isinstance(body, _NO_NUMBERS):
         raise IndexError(f"a body goes by its number, a whole one; found {shown(body)}")
     try:
         number = operator.index(body)  # type: ignore[arg-type]  # anything may be given
     except TypeError:
-        named = f": sim.number({shown(body)}) is that of a name" if isinstance(body, str) else ""
+        named = f": sim.number({shown(body)}) is the number of a name" if isinstance(body, str) else ""
         raise TypeError(f"a body goes by its number; found {shown(body)}{named}") from None
-    # The table of slots also has room for numbers that are not given yet: they are ignored.
+    # The table of slots also has room for numbers that are not in use yet: they are ignored.
     is_there = 0 <= number < engine.numbers and engine.k.slots[number] >= 0
     if is_there or (or_coming and engine.agenda.brings(engine.k, engine.clock, number)):
         return number
@@ -249,8 +249,8 @@ def read_turns(engine: Engine, bodies: object, velocities: object) -> Rows:
 def read_accelerations(
     engine: Engine, bodies: object, accelerations: object, until: float
 ) -> tuple[Rows, Scene]:
-    """Returns what gives bodies (n, 2) accelerations, or one for all, in a run to a time; and the scene, or
-    a wider one, in which they may have them. IndexError and ValueError for wrong ones."""
+    """Returns the commands for (n, 2) accelerations of bodies, or one for all, in a run to a time; and the
+    scene, or a wider one, that allows them. IndexError and ValueError for wrong ones."""
     rows, pairs, _ = _rows_and_pairs(engine, ACCELERATED, bodies, accelerations, "acceleration")
     rows["ax"], rows["ay"] = (pairs + 0.0).T
     prepared = engine.composition.prepared
@@ -269,7 +269,7 @@ def _pairs(given: object, count: int) -> Floats:
     if pairs.shape[-1:] != (2,) or pairs.dtype.kind == "c":
         raise ValueError("neither pairs nor one of real numbers")
     if pairs.dtype != np.float64:
-        with np.errstate(over="ignore"):  # of wider floats: they are infinite then
+        with np.errstate(over="ignore"):  # wider floats become infinite
             pairs = pairs.astype(np.float64)
     return pairs if pairs.shape == (count, 2) else np.broadcast_to(pairs, (count, 2))
 
@@ -286,7 +286,7 @@ def _rows_and_pairs(
     if numbers.ndim != 1:
         raise ValueError(f"bodies are given by a list of their numbers; found {shown(bodies)}")
     if isinstance(bodies, Sequence) and not {bool, np.bool_}.isdisjoint(map(type, bodies)):
-        numbers = np.array(bodies, dtype=object)  # among numbers, NumPy makes 1 of True
+        numbers = np.array(bodies, dtype=object)  # among numbers, NumPy converts True to 1
     if len(numbers) and numbers.dtype.kind not in "iu":
         for body in numbers.tolist():
             read_body(engine, body)
@@ -321,8 +321,8 @@ def _slots_of(engine: Engine, numbers: Array) -> npt.NDArray[np.int32]:
 
 def read_insertion(engine: Engine, insertion: Insert, until: float = -math.inf) -> tuple[Rows, Scene]:
     """Returns the command that inserts a body now, in a run to a time; and the scene, or one that is widened
-    for its shape and acceleration. ValueError for values that a scene would refuse. That it is within the
-    walls is not checked."""
+    for its shape and acceleration. ValueError for values that a scene would refuse. It does not check that
+    the body is inside the walls."""
     rows = _plain_insertion(engine, insertion)
     if rows is not None:
         return rows, engine.scene
@@ -340,7 +340,7 @@ def read_insertion(engine: Engine, insertion: Insert, until: float = -math.inf) 
     if immovable and scene.shapes and composition.broad.solid:
         why = f"it may overlap another, and {composition.broad_phase} is right only while bodies cannot"
         raise _cannot_come(f"it is immovable, so {why}")
-    size: float | None = insertion.radius  # of several, some have a shape instead
+    size: float | None = insertion.radius  # in ``insert_many`` some have a shape instead
     insertion = insertion._replace(radius=0.0 if size is None else size, kind=kind, body=engine.numbers)
     extent = None if scene.arena is None else Extent(scene.arena, scene.periodic, False)
     has = shape_of(insertion, "", scene.shapes, mistakes) if scene.shapes or shape is not None else None
@@ -365,7 +365,7 @@ def read_insertion(engine: Engine, insertion: Insert, until: float = -math.inf) 
 
 def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
     """Returns the command for a disc of the usual values, of the first kind, in a scene of discs that fly
-    straight and without periodic axes; None for others, which may be right as well: to read them value by
+    straight and without periodic axes; None for others, which may be valid as well: reading them value by
     value takes eight times as long."""
     scene, apart = engine.scene, (new.kind, new.shape, new.acceleration)
     if scene.shapes or scene.periodic or scene.accelerated or not all(each is None for each in apart):
@@ -388,11 +388,11 @@ def _plain_insertion(engine: Engine, new: Insert) -> Rows | None:
 
 
 def check_name(name: str, known: Mapping[str, int]) -> None:
-    """Raises ValueError for an invalid name, or that of another body."""
+    """Raises ValueError for an invalid name, or another body's name."""
     if wrong := VALUES["name"].expected(name):
         raise _cannot_come(f"its name is {shown(name)}, expected {wrong}")
     if name in known:
-        raise _cannot_come(f"its name is {name!r}, that of body {known[name]}; expected another name")
+        raise _cannot_come(f"its name is {name!r}, the name of body {known[name]}; expected another name")
 
 
 def _cannot_come(why: str) -> ValueError:
@@ -400,15 +400,15 @@ def _cannot_come(why: str) -> ValueError:
 
 
 def _with_pull(scene: Scene, largest: Sequence[float]) -> Scene:
-    """Returns a scene in which accelerations differ and may be as large as this along x and y."""
+    """Returns a scene whose accelerations differ and may be as large as this along x and y."""
     ax, ay = map(abs, largest)
     same = ax <= scene.pull[0] and ay <= scene.pull[1] and not (scene.accelerated and scene.uniform)
     return scene if same else widened(scene, pull=(ax, ay))
 
 
 def _scene_of(engine: Engine, new: Insert, until: float) -> Scene:
-    """Returns the scene, or a wider one, in which an inserted body has its acceleration; ValueError for one
-    that is not possible."""
+    """Returns the scene, or a wider one, that allows an inserted body's acceleration; ValueError for an
+    impossible one."""
     scene, pull = engine.scene, pull_of(new, engine.scene.gravity)
     if wrong := unfit_pull(engine.composition.prepared, pull, until):
         raise _cannot_come(f"its acceleration is {shown(list(pull))}, expected {wrong}")
@@ -419,12 +419,12 @@ def _scene_of(engine: Engine, new: Insert, until: float) -> Scene:
 def read_insertions(
     engine: Engine, positions: object, velocities: object, each: Mapping[str, Any], until: float
 ) -> tuple[Rows, bool]:
-    """Returns the commands that insert bodies now, in a run to a time, and whether they need a wider scene.
-    ``each`` has the other fields of an insertion: one for all, or a sequence of one for each. ValueError for
-    values that a scene would refuse; it names the body. That a body is within the walls is not checked."""
+    """Returns the commands that insert bodies now, in a run to a time, and True if they need a wider scene.
+    ``each`` has the other fields of an insertion: one for all, or a sequence of one for each. ValueError,
+    with the body, for values that a scene would refuse. It does not check that walls contain bodies."""
     try:
         given = np.asarray(positions)
-        if given.dtype.kind not in "iufO":  # NumPy makes a number of text, and of a complex one
+        if given.dtype.kind not in "iufO":  # NumPy converts text and complex numbers
             raise TypeError
         places = given.astype(np.float64).reshape(-1, 2)
         flies = _pairs(velocities, len(places))
@@ -442,7 +442,7 @@ def read_insertions(
     alike_at = dict[tuple[Any, ...], list[int]]()
 
     def read(at: int) -> Rows:
-        """Returns the row of one of them; the error names it."""
+        """Returns the row of one body; the error names it."""
         insertion = Insert(0.0, places[at], flies[at], **dict(zip(columns, alike[at], strict=True)))
         try:
             row, scene = read_insertion(engine, insertion, until)
@@ -453,7 +453,7 @@ def read_insertions(
 
     for at, values in enumerate(alike):
         alike_at.setdefault(values, []).append(at)
-    for those in alike_at.values():  # what is alike is read once; then numbers are looked at
+    for those in alike_at.values():  # equal values are read once; then numbers are checked
         rows[those] = read(those[0])
     rows["x"], rows["y"] = places.T
     rows["vx"], rows["vy"] = flies.T
@@ -466,7 +466,7 @@ def read_insertions(
 
 
 def _odd(scene: Scene, places: Floats, flies: Floats, accelerated: bool) -> list[int]:
-    """Returns which bodies are to be read one by one: their numbers may be wrong, or need a wider scene."""
+    """Returns the bodies to read one by one: their numbers may be wrong, or need a wider scene."""
     periods = np.array(scene.periods)
     size = np.where(periods > 0.0, FARTHEST * periods, LARGEST)
     odd = ~((np.abs(places) <= size).all(axis=1) & (np.abs(flies) <= LARGEST).all(axis=1))
@@ -493,15 +493,15 @@ def column(name: str, given: Any, many: int) -> list[Any]:
 
 def read_kind(engine: Engine, body: object, kind: object) -> Rows:
     """Returns the command that gives a body another kind now; IndexError for a body that is not present, and
-    ValueError for no kind of the scene."""
+    ValueError for a kind that the scene does not have."""
     rows, kinds = command_rows(engine, OF_KIND, body=read_body(engine, body)), engine.scene.kinds
     rows["kind"] = kinds.index(find_kind(kind, kinds, "set_kind"))
     return rows
 
 
 def read_move(engine: Engine, body: object, position: object) -> Rows:
-    """Returns the command that moves a body now; IndexError for a body that is not present, ValueError for
-    no place. That it is within the walls is not checked."""
+    """Returns the command that moves a body now; IndexError for a body that is not present, ValueError for an
+    invalid place. It does not check that the body is inside the walls."""
     number, field = read_body(engine, body), VALUES["position"]
     rows = command_rows(engine, MOVED, body=number)
     rows["mass"] = engine.k.mass[engine.k.slots[number]]
@@ -528,23 +528,23 @@ def _check_speed(engine: Engine, speed: float, smallest: float) -> None:
 
 
 def _last(so_far: int, more: Any, name: str) -> int:
-    """Returns the number of contacts or events, in all, after which to stop."""
+    """Returns the total number of contacts or events after which to stop."""
     return min(so_far + read_count(more, name, name.removeprefix("max_")), UNLIMITED)
 
 
 @constructed
 @dataclass(frozen=True)
 class StopAt:
-    """Contacts at which a run stops, at their exact time. With nothing chosen: at every contact. Two bodies
-    that pass through each other have one, where they begin to.
+    """Contacts that stop a run at their exact time; by default every contact. For two bodies that pass
+    through each other, the contact is the begin of the passing.
 
     Attributes:
-        bodies: numbers of bodies, at every contact of theirs, with others or walls.
-        pairs: two numbers each, or a number and "wall"; or two kinds as for ``on_contact``, of which one is a
+        bodies: numbers of bodies: all of their contacts, with others or walls.
+        pairs: two numbers each, or a number and "wall"; or two kinds as for ``on_contact``, with at least one
             name.
         kinds: one kind of bodies or several, by the kinds that bodies have at the contact.
-        parts: stop where bodies end to pass through each other, too.
-        before: stop before the contact, which is still to come unless a command changes that. No run stops
+        parts: stop at ends of passings, too.
+        before: stop before the contact, which then comes next unless a command changes that. No run stops
             before a passing that begins at the start, or begins or ends together with a command.
     """
 
@@ -560,7 +560,7 @@ EVERY_SIDE = sum(FLAG_OF_SIDE.values())
 
 
 def kinds_between(key: Any, known: tuple[Kind, ...], where: str) -> tuple[Kind, ...]:
-    """Returns the kinds of a key for contacts: one of a scene's, or two, of which one may be "wall" or a
+    """Returns the kinds of a key for contacts: one of a scene's, or two; one of the two may be "wall" or a
     side of the arena; "*" is every kind. ValueError for another key, or an unknown kind."""
     two = key if isinstance(key, tuple) else (key,)
     named = tuple([find_kind(each, _names(known), where, known) for each in two])
@@ -576,13 +576,13 @@ def _names(known: tuple[Kind, ...]) -> tuple[Kind, ...]:
 
 
 def is_wall(kind: Kind, known: tuple[Kind, ...]) -> bool:
-    """Whether a kind of a key is "wall" or a side of the arena."""
+    """Returns True if a kind of a key is "wall" or a side of the arena."""
     return kind not in known and kind != EVERY
 
 
 @lru_cache(256)
 def flags_between(named: tuple[Kind, ...], known: tuple[Kind, ...]) -> npt.NDArray[np.uint8]:
-    """Returns the flags (kinds, kinds + 1) of the contacts of ``kinds_between`` that begin, read-only."""
+    """Returns the flags (kinds, kinds + 1) of contacts of the kinds of ``kinds_between``, read-only."""
     flags, many = np.zeros((len(known), len(known) + 1), np.uint8), len(known)
     walls = [each for each in named if is_wall(each, known)]
     bodies = [slice(many) if each == EVERY else known.index(each) for each in named if each not in walls]
@@ -597,8 +597,8 @@ def flags_between(named: tuple[Kind, ...], known: tuple[Kind, ...]) -> npt.NDArr
 
 
 def read_stop(engine: Engine, scene: Scene, stop: StopAt | None) -> WatchedContacts | None:
-    """Returns the stopping contacts in the form of the loop, if any. TypeError for a wrong type, IndexError
-    for bodies neither present nor to be inserted, ValueError for unknown kinds."""
+    """Returns the contacts to stop at, in the loop's form, if any. TypeError for a wrong type, IndexError for
+    bodies neither present nor to be inserted, ValueError for unknown kinds."""
     if stop is None:
         return None
     for name in ("parts", "before"):

@@ -1,7 +1,7 @@
-"""Questions about the present moment of a run: what will meet, what is where.
+"""Questions about the present moment of a run: contacts to come, and positions.
 
 A question changes nothing, and the answers are the same under every broad phase: they follow from the flight
-plans at the present tick. ``kinds``, one of the scene's or several, excludes bodies of other kinds as if they
+plans at the present tick. ``kinds``, one or several of the scene's, excludes bodies of other kinds as if they
 were absent.
 """
 
@@ -32,19 +32,19 @@ Placed = Coordinates | tuple[float, float, Shape]
 
 
 class QueryableMoment(Moment):
-    """A moment that can be asked."""
+    """A moment with questions."""
 
     @answering
     def next_contact(self, a: int, b: int, *, scheduled: bool = False) -> NextContact | None:
-        """Returns when two bodies meet by their present flight plans, the future row of ``contacts``, to the
-        tick; None if they do not.
+        """Returns the contact of two bodies by their present flight plans, as the future row of ``contacts``,
+        to the tick; None if they do not meet.
 
         Walls and third bodies are ignored. A pair that has just met does not meet again until one of the two
-        has a new plan. For two that are passing through each other it is the row of the end, with a > b.
-        It is sought for 1,024 units of the clock (``time_unit``) from the later of their last changes. Where
-        axes are periodic it is for 1,000 from now, or until a body has crossed 4,096 periods for another one.
+        has a new plan. For two that pass through each other, the row is the end of the passing, with a > b.
+        The search covers 1,024 units of the clock (``time_unit``) from the later of their last changes; if
+        axes are periodic, 1,000 from now, or until a body has crossed 4,096 periods for another one.
 
-        ``scheduled``: only without interference: by the present plans it is the first contact of either body,
+        ``scheduled``: only without interference: by the present plans it is the first contact of both bodies,
         walls included, and no command changes one of them before. Raises ValueError if a and b are one body.
         """
         one, other = self._slot_of(a), self._slot_of(b)
@@ -59,10 +59,10 @@ class QueryableMoment(Moment):
         self, body: int, *, scheduled: bool = False, kinds: OfKinds = None
     ) -> NextContact | None:
         """Returns the first contact of a body, with another one or a wall, by the present flight plans; None
-        if it has none, by then where axes are periodic (``next_contact``). The end of a passing is one too.
-        Ties go as in the run.
+        without one, if axes are periodic within the limit of ``next_contact``. The end of a passing is a
+        contact, too. Ties are resolved as in the run.
 
-        With ``scheduled`` None as well if something comes before: an earlier contact of either body, with a
+        With ``scheduled``, also None if another event precedes it: an earlier contact of either body, with a
         body of any kind, or a command that changes the plan of one of them. ``kinds``: only with these, and
         "wall" for the walls.
         """
@@ -80,22 +80,22 @@ class QueryableMoment(Moment):
         kinds: OfKinds = None,
         exclude: npt.ArrayLike = (),
     ) -> CastHit | None:
-        """Returns the body that one which starts here and now would meet first, by the present plans.
+        """Returns the first hit of a cast body, which starts here and now, by the present plans.
 
-        To the tick, as if it were a body that has not met others yet. None if it meets none; walls are
-        ignored, unless "wall" is one of the ``kinds``. It meets at once a body that it overlaps at the start,
-        or touches there if they approach, and a wall if it goes on into it. Of several at one tick the first
-        by number. It looks as far ahead as ``next_contact``, along a periodic axis through any image.
+        The hit is exact to the tick, as for a body that has not met others yet. None without a hit; walls are
+        ignored, unless "wall" is one of the ``kinds``. The cast body meets at once a body that it overlaps at
+        the start, or touches there if they approach, and a wall if it flies into it. If several hits share a
+        tick, the first by number. The search covers the time of ``next_contact``, and all periodic images.
 
         Args:
             body: (x, y, radius), a disc, or (x, y, shape); a radius of 0 is a point, which passes through
-                segments. Where axes are periodic it is narrower than a period.
-            velocity: (vx, vy); so that it crosses at most 4,096 periods in 8 units of the clock.
-            acceleration: (ax, ay), 0 along periodic axes; by default that of gravity.
+                segments. If axes are periodic, it must be narrower than a period.
+            velocity: (vx, vy); it may cross at most 4,096 periods in 8 units of the clock.
+            acceleration: (ax, ay), 0 along periodic axes; by default gravity.
             kinds: only bodies of these kinds.
-            exclude: not these bodies, by numbers, such as the one from whose place it is cast.
+            exclude: not these bodies, by numbers, such as the body at the start of the cast.
 
-        Raises ValueError for what is no such body, or no velocity.
+        Raises ValueError for an invalid body or velocity.
         """
         horizon = float(FORESEEN // TICKS) * self.time_unit
         thrown = arguments.read_cast(body, velocity, acceleration, self.scene, horizon)
@@ -105,13 +105,13 @@ class QueryableMoment(Moment):
 
     @answering
     def bodies_in(self, box: Placed | Shape, *, whole: bool = False, kinds: OfKinds = None) -> Integers:
-        """Returns the bodies in a box now, (m,), ascending: those with a point in common with it, or with
-        ``whole`` those in it as a whole, touching it from within at most; only of these ``kinds``.
+        """Returns the bodies in a box now, (m,), ascending: all bodies with a point in common with it, or
+        with ``whole`` all bodies inside of it, which may touch its edges; only of these ``kinds``.
 
         ``box`` is (left, bottom, right, top), edges included; it may be a line or a point. Or it is a shape,
-        such as a polygon with corners in the scene's coordinates, or one at a place, (x, y, shape). A body
-        has its outline, and is about its position in ``positions()``. All is computed in doubles. Raises
-        ValueError for what is no box, or upside down.
+        such as a polygon with corners in the scene's coordinates, or a shape at a place, (x, y, shape). A
+        body is its outline around its position in ``positions()``. All is computed in doubles. Raises
+        ValueError for an invalid box, or one that is upside down.
         """
         around, area = arguments.read_area(box)
         return self._bodies_of(places.bodies_in(self._among(kinds), around, whole, area))
@@ -122,13 +122,13 @@ class QueryableMoment(Moment):
         """Returns the bodies near a point now, (m,), the nearest first and equally near ones by number: all
         within a ``radius``, at most ``k``, or both; with ``kinds`` only bodies of these kinds.
 
-        A body's distance is that of its outline, below 0 where the point is within. For a disc it is that to
-        its place in ``positions()`` less its radius; for another shape that to its core, or within the core
-        that to the outline of the core, negated, less its radius. All is computed in doubles. Raises
-        ValueError where neither is given, or for what is no point, no length or no number of bodies.
+        A body's distance is the distance of its outline, below 0 if the point is inside. For a disc it is the
+        distance to its place in ``positions()`` minus its radius; for another shape the distance to its core,
+        or inside of the core the negated distance to the core's outline, minus its radius. All is computed in
+        doubles. Raises ValueError without ``radius`` and ``k``, or for an invalid point, length or number.
         """
         if radius is None and k is None:
-            raise ValueError("bodies_near needs to know how far or how many: radius=, k= or both")
+            raise ValueError("bodies_near needs a distance or a number: radius=, k= or both")
         centre = arguments.read_point(point, "a point")
         length = None if radius is None else arguments.read_length(radius, "radius")
         count = None if k is None else read_count(k, "k")
@@ -146,19 +146,19 @@ class QueryableMoment(Moment):
     ) -> list[RayHit]:
         """Returns the bodies that a ray meets now, the nearest first and equally near ones by number.
 
-        A body has its outline, and is about its position in ``positions()``: a grazing ray meets it, and one
-        that begins in it or at its outline meets it at once. All is computed in doubles. Along a periodic
-        axis a body has an image at every whole number of periods from that position; it is reported once,
-        where the ray first enters one of them.
+        A body is its outline around its position in ``positions()``: a grazing ray meets it, and a ray that
+        begins in it or at its outline meets it at once. All is computed in doubles. Along a periodic axis a
+        body has an image at every whole number of periods from that position; it is reported once, at the
+        first image that the ray enters.
 
         Args:
-            origin, direction: (x, y), where the ray begins, and where it leads, whose length does not matter.
-            within: only bodies that are met not further than this, a length above 0 in the scene's unit.
-                Needed where an axis is periodic, of which the ray may cross at most 4,096 periods.
+            origin, direction: (x, y), the begin of the ray, and its direction, whose length does not matter.
+            within: the largest distance of a hit, a length above 0 in the scene's unit. Needed if an axis is
+                periodic; the ray may cross at most 4,096 of its periods.
             most: the largest number of hits; 1 is the fastest.
             kinds, exclude: only bodies of these kinds; not these bodies, as for ``cast``.
 
-        Raises ValueError for values that are none of these, and for no ``within`` where it is needed.
+        Raises ValueError for invalid values, and without ``within`` if it is needed.
         """
         start, towards = arguments.read_point(origin, "an origin"), arguments.read_direction(direction)
         length = arguments.read_within(within, self.scene, towards)
@@ -180,7 +180,7 @@ class QueryableMoment(Moment):
     def _among_and_walls(
         self, kinds: OfKinds, exclude: npt.ArrayLike = (), more: tuple[Kind, ...] = (WALL_KIND,)
     ) -> tuple[Query, bool]:
-        """Returns the bodies of some kinds, and whether the walls are among these, as ``more`` may be."""
+        """Returns the bodies of some kinds, and True if "wall", which ``more`` allows, is a chosen kind."""
         query = self._query()
         if out := [self._slot_of(body) for body in body_numbers(exclude).ravel().tolist()]:
             query = replace(query, slots=query.slots[~np.isin(query.slots, out)])
@@ -209,8 +209,8 @@ class QueryableMoment(Moment):
 
 
 def distance(a: Placed, b: Placed) -> float:
-    """Returns the distance of two outlines, each (x, y, radius) or (x, y, shape), in doubles: 0 where they
-    touch, below 0 how deep they overlap. Raises ValueError for what is no outline."""
+    """Returns the distance of two outlines, each (x, y, radius) or (x, y, shape), in doubles: 0 if they
+    touch, the negated depth if they overlap. Raises ValueError for an invalid outline."""
     (here, one), (there, other) = (arguments.read_outline(each, "an outline") for each in (a, b))
     core = np.array([core_difference(one[0], other[0])], dtype=np.float64)
     return float(places.gaps_to(core, np.array(one[1] + other[1]), np.array([there]) - here)[0])

@@ -1,9 +1,9 @@
-"""Audit of a run: a slow check, between two events, of everything that must hold.
+"""Audit of a run: a slow check, between two events, of every invariant, in O(n^2).
 
 Every structure of the kernel is compared with its definition, every contact of two near bodies is computed
 again, every two bodies that touch must be a candidate pair, and the broad phase checks its own invariants.
-The first violation ends the run with an ``AuditError``, a ``MissedContactError`` as well if a contact would
-be missed. O(n^2).
+The first violation ends the run with an ``AuditError``, which is also a ``MissedContactError`` if a contact
+would be missed.
 """
 
 import math
@@ -50,18 +50,18 @@ from kinetile.run.compose import Composition
 Pairs = npt.NDArray[np.int32]
 
 OWN = "the phase's own audit: "
-"""What a sentence of the phase's own audit begins with: an author reads it before any other."""
+"""The begin of a sentence of the phase's own audit: its author reads it before any other."""
 
 ROWS_AT_ONCE = 1 << 9
-"""Bodies compared with all others at a time: bounds the memory of an audit."""
+"""The number of bodies compared with all others at a time: it bounds the memory of an audit."""
 
 BLOCK = 1 << 18
-"""Places of the lookup at a time."""
+"""The number of places of the lookup at a time."""
 
 
 def of_calendar(k: Kernel) -> Iterator[str]:
-    """Every body with an event is once in the list of its slice, and no other is; those of the slice that the
-    calendar has reached come first, in order."""
+    """Every body with an event is once in the list of its slice, and no other body is; entries of the slice
+    that the calendar has reached come first, in order."""
     clock = k.clock[0]
     keys, days = k.queue.key.tolist(), (k.queue.key >> clock.calendar.shift).tolist()
     after, before, marks = k.links.next.tolist(), k.links.prev.tolist(), k.marks.tolist()
@@ -95,7 +95,7 @@ def of_calendar(k: Kernel) -> Iterator[str]:
 
 
 def of_entries(k: Kernel) -> Iterator[str]:
-    """Each body is filed under the first of the events that its entry has."""
+    """Each body is filed under the first event of its entry."""
     queue = k.queue
     contact = np.where(queue.exact == 1, PAIR, GUESS)
     known = queue.wall != NOT_ASKED
@@ -118,7 +118,7 @@ def of_entries(k: Kernel) -> Iterator[str]:
 
 
 def of_places(k: Kernel) -> Iterator[str]:
-    """The rows of positions at the common clock are those of the plans."""
+    """The rows of positions at the common clock agree with the plans."""
     clock = k.clock[0]
     back = (clock.origin - k.bodies.anchor) * clock.tick
     plans = Plan.of(k.bodies)
@@ -129,7 +129,7 @@ def of_places(k: Kernel) -> Iterator[str]:
 
 
 def of_lookup(k: Kernel) -> Iterator[str]:
-    """Every pair is there once, and where a search for it leads: no place from its home on is empty."""
+    """Every pair is there once, at the end of its search: no place from its home on is empty."""
     lookup, live = k.lookup, k.pairs.a >= 0
     held = np.zeros(len(live), dtype=np.bool_)
     held[lookup[lookup >= 0]] = True
@@ -154,8 +154,8 @@ def of_lookup(k: Kernel) -> Iterator[str]:
 
 
 def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) -> Iterator[str]:
-    """Every pair of a table is once in the list of each of its bodies; all other records are free. All lists
-    are followed together, a step at a time: there may be millions of pairs."""
+    """Every pair of a table is once in the list of each of its bodies; all other records are free. The check
+    follows all lists together, a step at a time: there may be millions of pairs."""
     a, b = table.a, table.b
     live = np.flatnonzero(a >= 0)
     if len(live) != int(counted):
@@ -186,7 +186,7 @@ def of_lists(table: Any, firsts: Any, what: str, counted: int, first_free: int) 
 
 
 def followed(after: list[int], at: int, most: int) -> set[int]:
-    """Returns the elements of a list that is threaded through a column, up to ``most`` of them."""
+    """Returns at most ``most`` elements of a list that is linked through a column."""
     seen: set[int] = set()
     while at >= 0 and at not in seen and len(seen) <= most:
         seen.add(at)
@@ -203,7 +203,7 @@ part = gap = to_be_filled_in
 
 
 def compute_partings(k: Kernel, pairs: Records, parting: Any) -> None:
-    """Writes down when each pair parts; a template, as ``kernel.loop`` has."""
+    """Template, as in ``kernel.loop``: writes the tick of each pair's parting."""
     k = disowned(k)
     for at in range(len(pairs)):
         if PERIODIC:
@@ -213,7 +213,7 @@ def compute_partings(k: Kernel, pairs: Records, parting: Any) -> None:
 
 
 def of_passings(k: Kernel, tables: Any, composition: Composition, place: Any) -> Iterator[str]:
-    """The pairs that pass are those that overlap and may; each parts when its plans say so."""
+    """The passing pairs are the pairs that overlap and may pass; each parts at the tick of its plans."""
     if composition.pair is None or not composition.passing:
         return
     table, lists = k.passings, k.clock[0].lists
@@ -240,7 +240,7 @@ def of_passings(k: Kernel, tables: Any, composition: Composition, place: Any) ->
 
 
 def gap_between(k: Kernel, a: int, b: int, dx: float, dy: float) -> float:
-    """Returns how far apart two shapes are; a template, as ``advance``."""
+    """Template, as ``advance``: returns the distance of two shapes."""
     k = disowned(k)
     return float(gap(k, k.bodies[a].form, k.bodies[b].form, dx, dy))
 
@@ -253,8 +253,8 @@ def _gaps(tables: Any, composition: Composition) -> Callable[..., float] | None:
 def _overlapping(
     k: Kernel, between: Callable[..., float] | None, place: Any, passing: set[tuple[int, int, int, int]]
 ) -> Iterator[str]:
-    """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it; of
-    shapes ``between`` says by how much."""
+    """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it; for
+    shapes ``between`` computes the overlap."""
     kinds, kind, radius, number = k.clock[0].kinds, k.traits.kind, k.bodies.radius, k.queue.number
     passes = k.rules.response == IS_PASS
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
@@ -278,7 +278,7 @@ def _overlapping(
 
 
 class Complaint(NamedTuple):
-    """A violation, and the bodies whose contact would be missed because of it."""
+    """A violation, and the bodies whose contact it would miss."""
 
     text: str
     bodies: tuple[int, ...] = ()
@@ -303,8 +303,8 @@ def check_all(
 
 
 def complaints(k: Kernel, tables: Any, composition: Composition, delta: float) -> Iterator[Complaint]:
-    """Yields all present violations; ``delta`` is the skin. The phase's own audit comes before what follows
-    from its structure: it says why a body is not near another."""
+    """Yields all present violations; ``delta`` is the skin. The phase's own audit precedes its consequences:
+    it gives the reason why a body is not near another."""
     broad = composition.broad
     lists = k.clock[0].lists
     for check in (of_calendar, of_entries, of_places, of_lookup):
@@ -318,7 +318,7 @@ def complaints(k: Kernel, tables: Any, composition: Composition, delta: float) -
         yield from map(Complaint, _near(k, named))
         near = pairs_of_named(named)
     yield from _contact_times(k, tables, composition, near)
-    repaired = bool((k.queue.certificate > k.clock[0].now).all())  # no certificate fails at this very tick
+    repaired = bool((k.queue.certificate > k.clock[0].now).all())  # no certificate fails at this tick
     if composition.pair is not None and repaired:
         between = _gaps(tables, composition) if broad.outlines else None
         yield from _touching(k, near, delta, composition.prepared.periods, between)
@@ -326,7 +326,7 @@ def complaints(k: Kernel, tables: Any, composition: Composition, delta: float) -
 
 
 def _near(k: Kernel, named: Pairs) -> Iterator[str]:
-    """``near`` names present bodies, each of two names the other, and there is room for the output."""
+    """``near`` names present bodies, and is symmetric, and there is room for the output."""
     n, room = len(k.bodies), len(k.near) - SPARE
     wrong = (named[:, 1] < 0) | (named[:, 1] >= n)
     wrong[~wrong] = k.queue.number[named[~wrong, 1]] < 0
@@ -352,7 +352,7 @@ def _contact_times(k: Kernel, tables: Any, composition: Composition, near: Pairs
     yield from _of_walls(k, walls)
     yield from _of_partners(k, known, meetings[len(near) :], images[len(near) :])
     meetings = meetings[: len(near)]
-    if composition.mixed:  # bounds say nothing of what is after the end of a chord
+    if composition.mixed:  # bounds do not cover the time after the end of a chord
         meetings = np.where(meetings < k.bodies.end[near].min(axis=1, initial=NEVER), meetings, NEVER)
     yield from _of_near(k, near, meetings)
 
@@ -360,8 +360,8 @@ def _contact_times(k: Kernel, tables: Any, composition: Composition, near: Pairs
 def _computed_again(
     k: Kernel, tables: Any, composition: Composition, pairs: Pairs
 ) -> tuple[Integers, Integers, Integers]:
-    """Returns when each pair meets by its plans, NEVER if it is barred, and through which image, (n, 2); and
-    when each body meets a wall."""
+    """Returns the ticks of the pairs' contacts by their plans, NEVER if barred, the images, (n, 2), of these
+    contacts, and the ticks of the bodies' contacts with walls."""
     meetings, walls = np.full(len(pairs), NEVER), np.full(len(k.bodies), NEVER)
     images = np.zeros((len(pairs), 2), np.int64)
     aside = tables.replaced("clock", k.clock.copy())  # a fault of a narrow phase must not end the run
@@ -370,7 +370,7 @@ def _computed_again(
 
 
 def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
-    """No body is at a wall before its wall is computed, nor soon after, and computed wall ticks are right."""
+    """No body reaches a wall before its wall is computed, nor soon after; computed wall ticks are right."""
     key, kind, known = k.queue.key, k.queue.kind, k.queue.wall
     late = (walls < key) | ((walls == key) & (kind == PAIR) & (key != NEVER))
     late |= (known == NOT_ASKED) & (walls != NEVER) & (walls - SOON <= key)
@@ -383,8 +383,8 @@ def _of_walls(k: Kernel, walls: Integers) -> Iterator[Complaint]:
 
 
 def _of_partners(k: Kernel, known: Integers, meetings: Integers, images: Integers) -> Iterator[Complaint]:
-    """A body meets its partner at the tick of its entry, or not before if that is a guess; a contact whose
-    tick is exact is awaited through the image through which it is."""
+    """A body meets its partner at the tick of its entry, or not before it if that is a guess; a contact with
+    an exact tick is awaited through the right image."""
     tick, exact = k.queue.tick[known], k.queue.exact[known] == 1
     pairs = np.sort(np.column_stack([known, k.queue.partner[known]]), axis=1).tolist()
     for at in np.flatnonzero(np.where(exact, meetings != tick, meetings < tick)).tolist():
@@ -400,9 +400,9 @@ def _of_partners(k: Kernel, known: Integers, meetings: Integers, images: Integer
 
 
 def _of_near(k: Kernel, near: Pairs, meetings: Integers) -> Iterator[Complaint]:
-    """Coverage: of every near pair the one whose prediction included the other last has a bound below the
-    time of their contact: ``tick`` for its partner, while that has its plan, and ``guard`` for all others. At
-    that very tick its entry precedes the pair's turn."""
+    """Coverage: in every near pair, the body whose prediction included the other last has a bound not after
+    their contact: ``tick`` for its partner, while that keeps its plan, and ``guard`` for all others. If its
+    entry is due at the contact's tick, it precedes the pair's turn."""
     queue, number = k.queue, k.queue.number.astype(np.int64)
     stamp, n = k.stamps, int(number.max(initial=0)) + 1
     places = np.sort(number[near], axis=1)
@@ -430,12 +430,12 @@ reach_wall = to_be_filled_in
 
 
 def compute_again(k: Kernel, pairs: Pairs, meetings: Integers, images: Integers, walls: Integers) -> None:
-    """Writes down when each pair, and each body and a wall, meet; a template, as ``kernel.loop`` has."""
+    """Template, as in ``kernel.loop``: writes the ticks of contacts of pairs, and of bodies and walls."""
     k = disowned(k)
     bodies = k.bodies
     if WALLED:
         for body in range(len(bodies)):
-            if not is_there(k, body):  # with gravity what has no velocity reaches walls, too
+            if not is_there(k, body):  # with gravity, bodies without velocity reach walls, too
                 continue
             walls[body] = reach_wall(k, bodies[body])[0]
             if RESTING:
@@ -462,8 +462,8 @@ def _touching(
     periods: tuple[float, float],
     between_shapes: Callable[..., float] | None,
 ) -> Iterator[Complaint]:
-    """Every two bodies of which circles and boxes are closer than a skin, through any image, are a pair; of
-    a phase that goes by ``outlines``, those of which these are."""
+    """Every two bodies whose circles and boxes are closer than a skin, through any image, are a pair; for a
+    phase with ``outlines``, only if their outlines are closer."""
     n = len(k.bodies)
     held = near[:, 0].astype(np.int64) * n + near[:, 1]
     slots = np.flatnonzero(k.queue.number >= 0)

@@ -1,7 +1,7 @@
 """Functions that a run calls at contacts, in their order, each at its exact time.
 
-The loop stops after such a contact, the function is called, and the run goes on. What it orders is an order
-of that very moment, as between two runs, so a recorded run is replayed without it.
+The loop stops after such a contact, the run calls the function, and continues. Commands of the function are
+commands of that moment, as between two runs, so a recorded run is replayed without the function.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,12 +21,12 @@ from kinetile.scene.responses import Kind
 
 AtContact: TypeAlias = Callable[[Event], object]
 OnContact: TypeAlias = AtContact | Mapping[Any, AtContact]
-"""A function of every contact; or functions by kinds: of one kind, or two, or a kind and ``"wall"`` or a side
-of the arena; ``"*"`` is every kind. Of two kinds the body of the first comes first."""
+"""A function of every contact; or functions by kinds: one kind, or two, or a kind and ``"wall"`` or a side of
+the arena; ``"*"`` is every kind. With two kinds, the body of the first kind comes first."""
 
 
 class _Call(NamedTuple):
-    """A function, the contacts for which it is called (``WatchedContacts.kinds``), and its key."""
+    """A function, the contacts that call it (``WatchedContacts.kinds``), and its key."""
 
     function: AtContact
     those: npt.NDArray[np.uint8]
@@ -48,7 +48,7 @@ class Calls:
     watched: WatchedContacts
 
     def __call__(self, event: Event) -> bool:
-        """Calls what there is for a contact; returns whether one of them says that the run is to stop."""
+        """Calls all functions of a contact; returns True if one of them stops the run."""
         there = [*map(self.kinds.index, event.kinds or (0,) * len(event.bodies)), len(self.kinds)]
         flag = FLAG_OF_SIDE[event.wall] if event.wall else ENDS if event.kind == "part" else ANY_BEGIN
         called = [call for call in self.each if call.those[there[0], there[1]] & flag]
@@ -59,7 +59,7 @@ class Calls:
 def read_calls(
     on_contact: OnContact | None, on_part: OnContact | None, known: tuple[Kind, ...]
 ) -> Calls | None:
-    """Returns the functions of a run. TypeError for what is no function, ValueError for unknown kinds."""
+    """Returns the functions of a run. TypeError for anything else, ValueError for unknown kinds."""
     calls = [*_read("on_contact", on_contact, known), *_read("on_part", on_part, known)]
     if not calls:
         return None

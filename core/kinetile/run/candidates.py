@@ -1,6 +1,6 @@
 """The structure of a broad phase, read from outside: its candidate pairs, and the shapes that it draws.
-``near`` and ``draw`` are foreign code: ``near`` writes into a table of its own here, ``draw`` receives
-read-only tables, and every shape that it returns is checked."""
+``near`` and ``draw`` are foreign code: here ``near`` writes into a separate table, ``draw`` receives
+read-only tables, and every returned shape is checked."""
 
 import math
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ near = to_be_filled_in
 
 
 def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
-    """Template: writes (body, other) for all bodies near each body, while there is room; returns how many."""
+    """Template: writes (body, other) for bodies near each body, while there is room; returns their count."""
     k = disowned(k)
     s = disowned(s)
     count = 0
@@ -37,8 +37,8 @@ def list_near(k: Kernel, s: Any, found: npt.NDArray[np.int32]) -> int:
 
 
 def named_near(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[np.int32]:
-    """Returns (body, other) for all bodies that the broad phase names near each body, itself apart, (m, 2);
-    written aside, since a run in another thread has its own in ``k.near``. ``tables``: ``k``, packed."""
+    """Returns (body, other), (m, 2), for all bodies that the broad phase names near each body, except itself.
+    ``near`` has its own table here: another thread may run with ``k.near``. ``tables``: ``k``, packed."""
     broad, seen, aside = composition.broad, as_seen(k), np.zeros_like(k.near)
     given = tables.replaced("near", aside) if seen is k else seen._replace(near=aside)
     listing = compose(list_near, {"near": broad.near}, composition.label, type(broad.state))
@@ -51,7 +51,7 @@ def named_near(k: Kernel, composition: Composition, tables: Any) -> npt.NDArray[
 
 
 def pairs_of_named(named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Returns the pairs (a, b), a < b, of which one is near the other, sorted; (m, 2). They are sorted as one
+    """Returns the sorted pairs (a, b), a < b, (m, 2), where one is near the other. They are sorted as one
     integer each, which takes NumPy half as long as rows."""
     low, high = named.min(axis=1).astype(np.int64), named.max(axis=1)
     pairs = np.unique(low << 32 | high)
@@ -64,7 +64,7 @@ def by_number(k: Kernel, named: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 
 def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]:
-    """Returns the present drawing, if any; PhaseError where ``draw`` raises, or returns what is no shape."""
+    """Returns the present drawing, if any; PhaseError if ``draw`` raises, or returns an invalid shape."""
     parts, name = composition.broad, composition.broad_phase
     if parts.draw is None:
         return ()
@@ -74,7 +74,7 @@ def drawn(k: Kernel, composition: Composition, clock: Clock) -> tuple[Item, ...]
     taken_off = (images["kx"].tolist(), images["ky"].tolist()) if len(images) else None
     shapes = map(_Reader(name, numbers, clock, taken_off).read, items)
     still = {number for number, mass in zip(numbers, k.mass.tolist(), strict=True) if mass == math.inf}
-    # Two immovable bodies never meet: that they are a pair is of no account.
+    # Two immovable bodies never meet: their pair is not drawn.
     return tuple(
         each
         for each in shapes
@@ -90,13 +90,13 @@ class _Reader:
     numbers: list[int]
     clock: Clock
     taken_off: tuple[list[int], list[int]] | None
-    """How many periods were taken off the body in each slot, along x and y; None: no axis is periodic."""
+    """The numbers of periods taken off the body in each slot, along x and y; None: no axis is periodic."""
 
     def _wrong(self, text: str) -> PhaseError:
         return PhaseError(f"{described('broad phase', self.phase)}: draw returned {text}")
 
     def read(self, item: Any) -> Item:
-        """Returns a shape with the numbers of bodies; itself where they are the slots, as mostly."""
+        """Returns a shape with the numbers of bodies; itself if they equal the slots, the usual case."""
         if not isinstance(item, Item):
             wanted = "expected shapes: Segment, Box, Polygon, Link, Entry of kinetile.toolbox"
             raise self._wrong(f"{item!r}; {wanted}")
@@ -130,7 +130,7 @@ class _Reader:
         number = self._body(item, value.body)
         if self.taken_off is not None:
             return At(number, float(at), int(turns) - self.taken_off[axis][value.body])
-        same = number == value.body and type(at) is float and turns == 0  # as mostly
+        same = number == value.body and type(at) is float and turns == 0  # the usual case
         return value if same else At(number, float(at))
 
     def _body(self, item: Item, slot: int) -> int:

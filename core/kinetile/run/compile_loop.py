@@ -1,4 +1,4 @@
-"""What the process runs that compiles a loop while a run begins as Python (``engine.meanwhile``)."""
+"""The program of the process that compiles a loop while a run begins as Python (``engine.meanwhile``)."""
 
 import fcntl
 import os
@@ -11,7 +11,7 @@ from kinetile.run.compose import compose_phases
 from kinetile.run.engine.engine import Engine
 
 _LATER = 4
-"""What is added to the niceness of the process."""
+"""The increment of the process's niceness."""
 
 
 def main() -> None:

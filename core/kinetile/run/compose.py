@@ -1,4 +1,4 @@
-"""Composition of a run: phases found by name, the rules of its scene, and the loop that holds only these."""
+"""Composition of a run: phases found by name, the rules of its scene, and the loop with only these parts."""
 
 import inspect
 import math
@@ -40,7 +40,7 @@ from kinetile.scene.values import VALUES
 from kinetile.toolbox.reach import margin_of, skin_at_start
 
 _authors: dict[tuple[str, int], str] = {}
-"""Phases and responses, as messages name them, by the file and the first line of each function of theirs."""
+"""Phases and responses, as messages name them, by the file and the first line of each of their functions."""
 
 _PLACE = re.compile(r"\(([^()]+), line (\d+)\)")
 
@@ -58,8 +58,8 @@ CALLED_WITH = {
     "gap": ("SHAPES",),
     "ledge": ("RESTING",),
 }
-"""Hooks that a loop calls with one of these features only. Others are left out of it, and of its fingerprint:
-a change of theirs compiles no loop again that never calls them."""
+"""Hooks that a loop calls only with one of these features. Without them, a loop and its fingerprint do not
+contain the hooks: so a change of a hook never recompiles a loop that does not call it."""
 
 P = TypeVar("P", bound=Parts)
 PhaseOptions = Mapping[str, Any]
@@ -75,8 +75,8 @@ def _place(function: Any) -> tuple[str, int]:
 @dataclass(frozen=True)
 class Rules:
     """The responses of a scene, composed: the kernel's ``table`` of rules, the ``hooks`` in the order of
-    their numbers in it, whether some kinds pass through each other (``passing``), the ``names`` of the
-    responses, and the hooks of those that do not come with kinetile (``foreign``), as they are checked."""
+    their numbers in it, ``passing``, True if some kinds pass through each other, the ``names`` of the
+    responses, and ``foreign``, the hooks that do not come with kinetile, which are checked."""
 
     table: Records
     kinds: int
@@ -86,7 +86,7 @@ class Rules:
     foreign: Mapping[Callable[..., Any], Callable[..., Any]]
 
     def named(self, *names: str) -> str:
-        """Returns responses as messages name them, with the lines of other authors; by default all hooks."""
+        """Returns responses as messages name them, with the lines of other authors; by default all."""
         lines = {_authors.get(_place(hook)): defined_at(hook) for hook in self.foreign}
         chosen = [described("response", each) for each in names or self.names if each not in BUILT_IN]
         return " or ".join(f"{each}{lines.get(each, '')}" for each in chosen)
@@ -99,7 +99,7 @@ class Rules:
 def read_rules(
     scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: dict[str, PairParts | WallParts]
 ) -> Rules | None:
-    """Returns the rules of a scene, None if all is elastic and movable; Refused if a phase lacks them."""
+    """Returns the rules of a scene, None if all is elastic and movable; Refused if a phase lacks a hook."""
     if not scene._ruled:
         return None
     each_two, kinds = [response for row in scene.meets for response in row], len(scene.kinds)
@@ -166,7 +166,7 @@ def _check_narrow(narrow: dict[str, PairParts | WallParts], passing: bool, hooks
 
 
 DEFAULT_BROAD_PHASE = "cells"
-"""The default: it accepts every scene, and is mostly the fastest (docs/which-broad-phase.md)."""
+"""The default: it accepts every scene, and is usually the fastest (docs/which-broad-phase.md)."""
 
 
 class CommandSupport(IntEnum):
@@ -178,7 +178,7 @@ class CommandSupport(IntEnum):
 
     @classmethod
     def of(cls, scene: Scene) -> "CommandSupport":
-        """Returns which commands a scene has."""
+        """Returns the support that a scene's commands need."""
         if any(OF_CLASS[type(command)] in COME_OR_GO for command in scene.commands):
             return cls.ALL
         return cls.TURNS if scene.commands else cls.NONE
@@ -197,36 +197,36 @@ class Composition:
     wall: WallParts | None
     prepared: Scene
     rules: Rules | None = None
-    compiled: bool | None = None  # before the first event, never, or once it is worth it
+    compiled: bool | None = None  # before the first event, never, or as soon as it pays
 
     @property
     def living(self) -> bool:
-        """Whether the broad phase inserts and removes bodies; if not, it is built again for each."""
+        """True if the broad phase inserts and removes bodies; if not, it is built again for each."""
         return self.broad.enter is not None
 
     @property
     def alike(self) -> bool:
-        """Whether the tables keep one mass and one radius for all bodies."""
+        """True if the tables keep one mass and one radius for all bodies."""
         return self.pair is not None and self.pair.alike and are_alike(self.prepared)
 
     @property
     def passing(self) -> bool:
-        """Whether bodies of some kinds pass through each other, by the rules of the scene."""
+        """True if bodies of some kinds pass through each other, by the rules of the scene."""
         return self.rules is not None and self.rules.passing and self.pair is not None
 
     @property
     def mixed(self) -> bool:
-        """Whether bodies have different accelerations, so that two that have met may meet again."""
+        """True if bodies have different accelerations, so that two that have met may meet again."""
         return self.prepared.accelerated and not self.prepared.uniform
 
     @property
     def gap(self) -> Hook | None:
-        """The hook by which bodies of shapes are inserted, or pass; None where there are no shapes."""
+        """The hook for insertions, and passings, of bodies of shapes; None without shapes."""
         return self.pair.gap if self.prepared.shapes and self.pair is not None else None
 
     @property
     def gapless(self) -> str:
-        """Why no body can be inserted into the scene, in which there are shapes; "" where it can."""
+        """The reason why no body can be inserted into a scene with shapes; "" if one can."""
         if self.pair is not None and self.pair.gap is not None:
             return ""
         who = "no narrow phase for pairs is named"
@@ -236,7 +236,7 @@ class Composition:
 
     def author_of(self, message: str) -> str:
         """Returns the phase or response, as messages name it, whose hook is the nearest above the file and
-        line in a message; without one those of other plugins, or the broad phase."""
+        line in a message; without one, the phases and responses of other plugins, or the broad phase."""
         place, own = _PLACE.search(message), described("broad phase", self.broad_phase)
         theirs = [_authors[_place(each)] for each in self.rules.foreign] if self.rules else []
         narrow = [described("narrow phase", each) for each in self.narrow_phases]
@@ -253,14 +253,14 @@ class Composition:
         return compose(advance, self.parts(commands), self.label, type(self.broad.state))
 
     def carrying_out(self) -> Callable[..., Any]:
-        """Returns what runs one command by itself, for a broad phase that cannot insert or remove a body."""
+        """Returns the function that runs one command alone, for a broad phase without insertions."""
         parts = self.parts(CommandSupport.ALL) | {"LIVING": True, "enter": NOTHING[3], "leave": NOTHING[3]}
         return compose(run_one_command, parts, f"command_{self.label}", type(self.broad.state))
 
     @cached_property
     def find_room(self) -> Callable[..., Any]:
-        """``find_blockers`` for this scene: of insertions. Features that moves alone have are left out, since
-        it is compiled for all phases once."""
+        """``find_blockers`` for insertions into this scene. Features that only moves need are left out, since
+        it is compiled once for all phases."""
         walls = self.wall is not None and self.prepared.arena is not None
         given: dict[str, Any] = {
             "PASSINGS": self.passing,
@@ -328,17 +328,17 @@ def compose_phases(
     narrow_phases: Sequence[str] | Named | None,
     options: PhaseOptions | None,
 ) -> Composition:
-    """Finds the phases by name and prepares them for a scene. None follows the scene's settings, over whose
-    options those given here go, or: ``DEFAULT_BROAD_PHASE``, ``disc`` or ``convex``, and ``wall`` in an
-    arena. Raises UnknownName, BadOption for an option that a phase does not have or does not accept, and
-    Refused where one does not accept this scene."""
+    """Finds the phases by name and prepares them for a scene. None: the scene's settings, or
+    ``DEFAULT_BROAD_PHASE``, ``disc`` or ``convex``, and ``wall`` in an arena; options given here replace
+    options of the settings. Raises UnknownName, BadOption for an option that a phase does not have or does
+    not accept, and Refused if a phase does not accept this scene."""
     name = scene.settings.broad_phase if broad_phase is None else broad_phase
     name, own = read_phase(DEFAULT_BROAD_PHASE if name is None else name)
     return _compose(scene, name, _named(scene, narrow_phases), own | dict(options or {}))
 
 
 def _named(scene: Scene, narrow: Sequence[str] | Named | None) -> Named:
-    """Returns the narrow phases of a scene with their options: those given, the settings', or the default."""
+    """Returns the narrow phases of a scene with their options: given ones, the settings', or the default."""
     narrow = scene.settings.narrow_phases if narrow is None else narrow
     if narrow is None:
         pairs = "convex" if scene.shapes else "disc"
@@ -347,7 +347,7 @@ def _named(scene: Scene, narrow: Sequence[str] | Named | None) -> Named:
 
 
 def read_narrow_phases(narrow: Sequence[str] | Named) -> Named:
-    """Returns narrow phases with their options; raises BadOption for what are none."""
+    """Returns narrow phases with their options; raises BadOption for anything else."""
     given = narrow if isinstance(narrow, Mapping | str) else list(narrow)
     right = VALUES["options" if isinstance(given, Mapping) else "narrow-phases"].expected(given)
     if right:
@@ -360,8 +360,8 @@ class _BroadPhaseRefuses(Refused):
 
 
 def _compose(scene: Scene, name: str, narrow: Named, options: PhaseOptions | None) -> Composition:
-    """Prepares the phases of these names for a scene. Where they are refused, the error names the phases, of
-    all that are installed, with which the scene is not."""
+    """Prepares the phases of these names for a scene. If one refuses, the error names the installed phases
+    that accept the scene."""
     try:
         return _prepared(scene, name, narrow, options)
     except (_BroadPhaseRefuses, TooThick) as refused:
@@ -387,7 +387,7 @@ def accepting(
     scene: Scene, narrow_phases: Sequence[str] | Named | None = None, refused: Named | None = None
 ) -> list[tuple[str, PhaseOptions]]:
     """Returns the names of the installed broad phases that accept a scene with these narrow phases, with the
-    options that they need for it. ``refused`` are options of phases beside those of the scene; where a phase
+    options that they need for it. ``refused`` are options of phases in addition to the scene's; if a phase
     does not accept the scene with its options, it is tried with their defaults."""
     found: list[tuple[str, PhaseOptions]] = []
     narrow = _named(scene, narrow_phases)
@@ -448,16 +448,16 @@ def _prepared(scene: Scene, name: str, narrow: Named, options: PhaseOptions | No
 def _demand_accelerations(narrow: Mapping[str, PairParts | WallParts]) -> None:
     for name, parts in narrow.items():
         if not parts.accelerated or parts.touch is None:
-            lacks = "does not know accelerations (accelerated=True)"
+            lacks = "does not support accelerations (accelerated=True)"
             if parts.accelerated:
-                lacks = "does not say along which line bodies touch (touch)"
+                lacks = "does not give the normal of a contact (touch)"
             raise Refused(f"{described('narrow phase', name)} {lacks}, and bodies of this scene have some")
 
 
 def _demand_periodic(
     scene: Scene, broad: tuple[str, BroadPhaseParts], narrow: Mapping[str, PairParts | WallParts]
 ) -> None:
-    message = f"does not know images (periodic=True), and this scene is periodic along {scene.periodic}"
+    message = f"does not support images (periodic=True), and this scene is periodic along {scene.periodic}"
     for name, parts in narrow.items():
         if isinstance(parts, PairParts) and not parts.periodic:
             raise Refused(f"{described('narrow phase', name)} {message}")
@@ -466,7 +466,7 @@ def _demand_periodic(
 
 
 def _narrow_parts(scene: Scene, options: Named, decides: PhaseOptions) -> dict[str, PairParts | WallParts]:
-    """Prepares the narrow phases: those for pairs that decide contacts, and one for walls at most."""
+    """Prepares the narrow phases: all phases for pairs that decide contacts, and at most one for walls."""
     found: dict[str, PairParts | WallParts] = {}
     for each, own in options.items():
         role = spec_of(each).role
@@ -491,7 +491,7 @@ def _demand_solid(
     pair: PairParts | None,
     scene: Scene,
 ) -> None:
-    """Raises Refused if bodies may pass through each other and the broad phase is wrong then."""
+    """Raises Refused if bodies may pass through each other and the broad phase is then wrong."""
     if pair is None:
         raise _BroadPhaseRefuses(
             f"{name} is right only while bodies cannot pass through each other, and no narrow phase for "
@@ -517,7 +517,7 @@ def _demand_solid(
 def _prepare(
     kind: PluginKind, name: str, options: PhaseOptions, scene: Scene, wanted: type[P], why: str = ""
 ) -> P:
-    """Makes a phase with its options and returns its parts, which are ``wanted`` to be of a class."""
+    """Makes a phase with its options and returns its parts, which have to be of the class ``wanted``."""
     phase = registry().target(kind, name)
     check_options(kind, name, phase, options)
     with calling(kind, name, "its constructor"):
@@ -540,8 +540,8 @@ def _prepare(
 def check_options(
     kind: str, name: str, phase: Callable[..., Any], options: PhaseOptions, common: Iterable[str] = ()
 ) -> None:
-    """Refuses an option that neither the phase's constructor nor all of its kind (``common``) have, with the
-    nearest and all known ones."""
+    """Refuses an option that neither the phase's constructor nor all phases of its kind (``common``) have;
+    the error names the nearest and all known ones."""
     if not options:
         return
     known = [p for p in inspect.signature(phase).parameters if p != "self"] + [*common]

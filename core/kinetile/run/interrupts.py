@@ -1,14 +1,14 @@
-"""Steps that no signal tears.
+"""Steps that no signal interrupts.
 
-Python runs a signal's handler between two of its own instructions, anywhere: after the compiled loop has
-moved the bodies and before its log has been read, say. So a step that must happen as a whole is done within
-``Unbroken``: signals that come meanwhile wait for its end. A step within a step is part of it. A public call
-that changes a simulation is a step as a whole, and a long one has places where signals come through
-(``Interruptible``): between two chunks of a run, in a user's ``progress``, in the compiler. Entering and
-leaving a step costs two microseconds; it would be ten with ``signal``, which makes enums for ``_signal``.
+Python runs a signal's handler between any two of its instructions: after the compiled loop has moved the
+bodies and before its log has been read, say. So a step that must not be divided runs within ``Unbroken``:
+signals that arrive meanwhile wait for its end. A step within a step is part of it. Every public call that
+changes a simulation is one step, and a long one has places that let signals through (``Interruptible``):
+between two chunks of a run, in a user's ``progress``, in the compiler. Entering and leaving a step costs two
+microseconds; it would be ten with ``signal``, which makes enums for ``_signal``.
 
-Where a step does not end at all, in a hook that loops for ever, say, a signal without a handler in Python
-still ends the process: SIGQUIT (Ctrl-\\) or SIGKILL.
+If a step never ends, because a hook loops for ever, say, a signal without a handler in Python still ends the
+process: SIGQUIT (Ctrl-\\) or SIGKILL.
 """
 
 import _signal  # type: ignore[import-not-found]
@@ -27,8 +27,8 @@ _LOADING = ("importlib._bootstrap", "llvmlite.")
 
 
 def comes_later(number: int, frame: FrameType | None) -> bool:
-    """Whether a signal's handler must not raise now, because modules are imported or machine code is loaded:
-    there an error may become another one, or be lost. The signal then comes again in a moment."""
+    """Returns True if a signal's handler must not raise now, because modules are imported or machine code is
+    loaded: there an error may become another one, or be lost. The signal is then sent again in a moment."""
     while frame is not None:
         if str(frame.f_globals.get("__name__")).startswith(_LOADING):
             again = threading.Timer(0.02, _signal_main_thread, [number])
@@ -48,14 +48,14 @@ def _signal_main_thread(number: int) -> None:
 
 
 class Unbroken:
-    """A context whose end the handlers of signals wait for; each is then called once. An error that ends the
-    step precedes the KeyboardInterrupt of a Ctrl-C. Off the main thread nothing waits."""
+    """A context that delays the handlers of signals until its end; each is then called once. An error that
+    ends the step precedes the KeyboardInterrupt of a Ctrl-C. Off the main thread it delays nothing."""
 
     _before: dict[int, Any]
     _noted: dict[int, FrameType | None]
     _waiting = False  # until all handlers are in place, and after that, each goes through at once
     _depth = 0  # steps within this one, which cannot be interrupted
-    _within: "tuple[Unbroken, bool, int] | None" = None  # the outermost step, as it was before this
+    _within: "tuple[Unbroken, bool, int] | None" = None  # the outermost step, with its previous state
 
     def __enter__(self) -> Self:
         global _outermost
@@ -118,8 +118,8 @@ class Unbroken:
                 _signal.signal(number, handler)
 
     def _let_through(self) -> None:
-        """Calls the handlers that have waited, and has no more wait. Where one raises, signals wait again:
-        nothing interrupts what the error passes on its way."""
+        """Calls the delayed handlers, and delays no more. If one raises, signals wait again: nothing
+        interrupts the code that the error passes."""
         self._deliver()
         self._waiting = False
         while self._noted:
@@ -128,7 +128,7 @@ class Unbroken:
             self._waiting = False
 
     def _deliver(self) -> None:
-        """Calls the handlers that have waited: all of them, though one raises."""
+        """Calls all delayed handlers, even if one raises."""
         if self._noted:
             number = next(iter(self._noted))
             frame = self._noted.pop(number)
@@ -151,8 +151,8 @@ _outermost: Unbroken | None = None
 
 
 class Interruptible:
-    """A context in a step in which signals do not wait: around work that may take long, and can be given up.
-    Those that have waited come as it is entered. Outside of a step, in a step within a step, and off the main
+    """A context in a step that lets signals through: for work that may take long and can be abandoned.
+    Delayed signals arrive when it is entered. Outside of a step, in a step within a step, and off the main
     thread it does nothing."""
 
     _step: Unbroken | None = None
@@ -172,7 +172,7 @@ class Interruptible:
 
 
 def let_signals_through() -> None:
-    """Handles the signals that have waited, as an empty ``Interruptible`` does; cheap if there are none."""
+    """Handles the delayed signals, as an empty ``Interruptible`` does; cheap without any."""
     if _outermost is not None and _outermost._noted:
         with Interruptible():
             pass

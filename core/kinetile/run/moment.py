@@ -1,6 +1,6 @@
-"""The present moment of a run, to be read: which bodies there are, where, how fast, of what size and kind.
+"""The present moment of a run, for reading: its bodies, their positions, velocities, sizes and kinds.
 
-It is what observables and recorders are given. A simulation is one too, with all that changes it.
+Observables and recorders receive it. A simulation is a moment too, with methods that change it.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ from kinetile.scene.values import body_numbers
 
 
 class Moment:
-    """The present moment of a run of a ``scene``; what it returns follows the run."""
+    """The present moment of a run of a ``scene``; its results follow the run."""
 
     def __init__(self, scene: Scene, engine: Engine) -> None:
         self.scene = scene
@@ -39,12 +39,12 @@ class Moment:
 
     @property
     def time(self) -> float:
-        """The present time: the requested end of ``run``, or that of the last event if it stopped before."""
+        """The present time: the requested end of ``run``, or the last event's time if it stopped before."""
         return self._engine.time
 
     @property
     def exact_time(self) -> tuple[int, int]:
-        """The tick that the simulation is at, as (epoch, tick): see ``Event``."""
+        """The present tick of the simulation, as (epoch, tick): see ``Event``."""
         return divmod(self._engine.total, TICKS)
 
     @property
@@ -54,7 +54,7 @@ class Moment:
 
     @property
     def bodies(self) -> npt.NDArray[np.int32]:
-        """The numbers of the present bodies, (n,), ascending: those of the rows of ``positions``."""
+        """The numbers of the present bodies, (n,), ascending: the order of the rows of ``positions``."""
         engine = self._engine
         return np.asarray(engine.k.queue.view(np.ndarray)["number"][engine.taken])
 
@@ -65,12 +65,12 @@ class Moment:
 
     @property
     def numbers(self) -> int:
-        """How many numbers bodies have been given, those of planned insertions among them."""
+        """The number of body numbers that are in use, also for planned insertions."""
         return self._engine.numbers
 
     @property
     def newcomers(self) -> int:
-        """How many pairs the broad phase has reported as newly near at its events (``Readings``)."""
+        """The number of pairs that the broad phase reported as newly near at its events (``Readings``)."""
         return int(self._engine.count.newcomers[0])
 
     def positions(self) -> Floats:
@@ -80,8 +80,8 @@ class Moment:
         return in_box(places, self.scene.periods) if self.scene.periodic else places
 
     def unwrapped(self) -> Floats:
-        """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position and all
-        that it has flown. In a scene without a periodic axis that is ``positions``."""
+        """Returns the positions now, (n, 2), as if no axis were periodic: each body's first position plus its
+        whole flight. In a scene without a periodic axis these are ``positions``."""
         engine = self._engine
         places = positions_now(engine.k, engine.taken)
         if self.scene.periodic:
@@ -94,19 +94,19 @@ class Moment:
         return velocities_after(*plans_now(self._engine.k, self._engine.taken))
 
     def accelerations(self) -> Floats:
-        """Returns the accelerations, (n, 2), in the order of ``bodies``: what is left where one is held."""
+        """Returns the accelerations, (n, 2), in the order of ``bodies``: of a held body, the rest."""
         plans = plans_now(self._engine.k, self._engine.taken)[0]
         if isinstance(plans, AcceleratedPlan):
             return np.stack([plans.ax, plans.ay], axis=-1)
         return np.zeros((len(self.bodies), 2))
 
     def whole_accelerations(self) -> Floats:
-        """Returns the same as if no body were held."""
+        """Returns the accelerations as if no body were held."""
         return whole_pulls(self._engine.k, self._engine.taken)
 
     def supports(self) -> list[tuple[int, ...]]:
-        """Returns what holds each body, in the order of ``bodies``: up to two numbers of bodies, or of walls
-        as in column ``b`` of ``contacts``."""
+        """Returns the supports of each body, in the order of ``bodies``: up to two numbers of bodies, or of
+        walls as in column ``b`` of ``contacts``."""
         engine = self._engine
         if not self.scene.resting:
             return [()] * len(engine.taken)
@@ -124,7 +124,7 @@ class Moment:
         return np.asarray(self._engine.k.mass)[self._engine.taken]
 
     def shapes(self) -> Array:
-        """Returns the shapes (``kinetile.Shape``), (n,) objects, as in ``bodies``; None each of discs."""
+        """Returns the shapes (``kinetile.Shape``), (n,) objects, as in ``bodies``; None for each disc."""
         engine = self._engine
         table = np.array([*engine.scene.shapes, None], dtype=object)
         if not engine.scene.shapes:
@@ -138,9 +138,9 @@ class Moment:
 
     def kinds_of(self, bodies: npt.ArrayLike) -> Array:
         """Returns the kinds of bodies by their numbers, as an array of objects of the same shape: the present
-        ones of bodies that are there, the last ones of bodies that have gone, those with which others come;
+        kinds of present bodies, the last kinds of removed bodies, the first kinds of bodies to be inserted;
         "wall" for a number below 0, as in column ``b`` of ``contacts``. Raises IndexError for a number that
-        no body has been given."""
+        no body has."""
         numbers = body_numbers(bodies)
         k, taken = self._engine.k, self._engine.taken
         bodies, kinds = self.bodies, np.array([*self.scene.kinds, WALL_KIND], dtype=object)
@@ -174,22 +174,22 @@ class Moment:
 
 @runtime_checkable
 class Recorder(Protocol):
-    """Takes the rows of runs, chunk by chunk, and learns when one begins and ends; or a function of rows."""
+    """Receives the rows of runs, chunk by chunk, with calls at the begin and the end of each run."""
 
     def begin(self, moment: Moment, before: int) -> None:
-        """Called when a run begins, with its present moment, which follows the run, and the number of rows
-        that the simulation had before the first one to come."""
+        """Called when a run begins, with its moment, which follows the run, and the number of rows that the
+        simulation had before the first row of this run."""
 
     def __call__(self, rows: Rows) -> None:
-        """Takes the next rows (dtype LOG)."""
+        """Receives the next rows (dtype LOG)."""
 
     def end(self, time: float) -> None:
-        """Called when a run has ended, in whichever way, at the present time: all rows up to it are there."""
+        """Called when a run has ended, in whichever way, at this time: all rows up to it have been passed."""
 
 
 @contextmanager
 def told(recorder: Recorder | RowFunction | None, moment: Moment, ledger: Ledger) -> Iterator[None]:
-    """A context of a run, of whose begin and end a recorder learns that wants to."""
+    """A context of a run: calls ``begin`` and ``end`` of a recorder that has them."""
     learns = recorder if isinstance(recorder, Recorder) else None
     try:
         if learns is not None:

@@ -1,10 +1,10 @@
-"""Observables: what is measured during a run, by name; averages and errors are of ``kinetile.statistics``.
+"""Observables: named measurements during a run; ``kinetile.statistics`` computes averages and errors.
 
-An observable is a class, made with its options as keyword arguments; ``prepare(scene)`` is called once, then
-``sample`` at equal intervals of time, and ``collect`` with the contacts between two samples, if it ``needs``
-them. Stops at samples change no contact. Three options of every observable are read here: ``every``, the
-interval of samples, by default a hundredth of what is observed; ``after``, the time from which on it is
-observed; and ``series``, whether numbers are kept sample by sample, and not averaged.
+An observable is a class whose constructor takes its options as keyword arguments. A run calls
+``prepare(scene)`` once, then ``sample`` at equal intervals of time, and ``collect`` with the contacts between
+two samples, if it ``needs`` them. Stops at samples change no contact. This module reads three options of
+every observable: ``every``, the interval of samples, by default a hundredth of the observed time; ``after``,
+the time at which it begins; and ``series``, True to keep every sample of a number instead of averages.
 """
 
 import copy
@@ -42,10 +42,10 @@ class Collisions(NamedTuple):
 
     ``a`` and ``b`` are numbers of bodies, (m,); ``b`` below 0 is a wall (-1 left, -2 right, -3 bottom, -4
     top). The others are None unless the observable needs "velocities". ``position``, ``before`` and ``after``
-    (velocities) are (m, 2, 2): of each contact a row for ``a``, and one for ``b``, which is NaN for a wall.
-    Positions are as in ``kinetile.LOG``.
-    ``impulse``, (m, 2), is the momentum that ``b``, or the wall, receives: it has the direction of the normal
-    from ``a``. Where two bodies pass through each other all of these are NaN.
+    (velocities) are (m, 2, 2): for each contact a row for ``a``, and a row for ``b``, which is NaN for a
+    wall. Positions are as in ``kinetile.LOG``. ``impulse``, (m, 2), is the momentum that ``b``, or the wall,
+    receives: it has the direction of the normal from ``a``. If two bodies pass through each other, all of
+    these are NaN.
     """
 
     a: Array
@@ -57,34 +57,34 @@ class Collisions(NamedTuple):
 
 
 class Observable:
-    """An observable; its constructor takes the options. A class need not inherit from this one, if it has
-    what this one has: ``needs``, ``keeps``, ``axes``, ``broad_phase`` and the methods."""
+    """An observable; its constructor takes the options. A class need not inherit from this one, if it has the
+    same attributes, ``needs``, ``keeps``, ``axes`` and ``broad_phase``, and methods."""
 
     needs: Literal["samples", "contacts", "velocities"] = "samples"
-    """Whether ``collect`` is called: "samples": never; "contacts": with the bodies of each contact;
-    "velocities": with velocities before and after, and impulses, which costs more. Read after ``prepare``."""
+    """The calls of ``collect``: "samples": no calls; "contacts": with the bodies of each contact;
+    "velocities": also with velocities and impulses, which costs more. Read after ``prepare``."""
 
     keeps: Sequence[str] | None = None
     """The names of the attributes that ``collect`` and ``sample`` change, for snapshots and saved runs: their
-    values are numbers, text, None, arrays of numbers, and lists, tuples or dicts of these. They are set
-    again after ``prepare``, and the observable goes on as if it had not been stopped: so what is kept may
-    not depend on how contacts are divided into calls of ``collect``. None: it cannot be saved."""
+    values are numbers, text, None, arrays of numbers, and lists, tuples or dicts of these. They are set again
+    after ``prepare``, and the observable continues as if it had not been stopped: so the kept values may not
+    depend on the division of contacts into calls of ``collect``. None: it cannot be saved."""
 
     axes: Mapping[str, tuple[str, npt.ArrayLike]] = MappingProxyType({})
-    """For each quantity that is an array, the name and the values of what it depends on, after the run."""
+    """For each quantity that is an array, the name and the values of its coordinate, after the run."""
 
     broad_phase: str = ""
-    """The broad phase whose structure it is of: under another one a run that observes it is refused."""
+    """The broad phase whose structure it measures: under another one, its run is refused."""
 
     def prepare(self, scene: Scene) -> None:
-        """Prepares for a scene. Raises Refused for a scene in which the observable has no meaning."""
+        """Prepares for a scene. Raises Refused if the observable has no meaning in it."""
 
     def collect(self, collisions: Collisions) -> None:
-        """Takes the contacts of a part of the run, after the first sample."""
+        """Receives the contacts of a part of the run, after the first sample."""
 
     def sample(self, moment: Moment) -> Mapping[str, float | Floats]:
-        """Returns the quantities of this moment, or of the time since the last one, to be averaged: numbers,
-        or arrays of one dimension. Entries that are NaN do not count."""
+        """Returns the quantities of this moment, or of the time since the last sample, for averaging:
+        numbers, or arrays of one dimension. NaN elements do not count."""
         raise NotImplementedError
 
 
@@ -127,7 +127,7 @@ class _Observation:
             )
 
     def plan(self, now: float, until: float | None, interval: float | None = None) -> None:
-        """Sets the times of a run's samples; without an end in time ``interval`` is for those without one."""
+        """Sets the times of a run's samples; without an end in time, ``interval`` is the default."""
         self.begin, self.until = max(now, self.after), until
         if until is not None:
             if self.begin >= until:
@@ -140,17 +140,17 @@ class _Observation:
 
     @property
     def unsaved(self) -> str:
-        """Why a saved run cannot hold this observable, or nothing."""
+        """The reason why a saved run cannot hold this observable, or ""."""
         if getattr(self.observable, "keeps", None) is not None:
             return ""
         return (
-            f"{described('observable', self.name)} does not name in keeps what a saved run is to hold of it, "
-            "so it cannot go on from one"
+            f"{described('observable', self.name)} does not list in keeps the values for a saved run, "
+            "so it cannot continue from one"
         )
 
     @property
     def state(self) -> dict[str, Any]:
-        """All that it goes on from, as copies; ``kept`` is None if the observable cannot be saved."""
+        """The state for continuing, as copies; ``kept`` is None if it cannot be saved."""
         kept = None
         if not self.unsaved:
             with calling("observable", self.name, "keeps", may_refuse=False):
@@ -161,7 +161,7 @@ class _Observation:
         return times | {"blocks": {name: each.state for name, each in self.blocks.items()}, "kept": kept}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Goes on from a state; BadOption if it has none of the observable."""
+        """Continues from a state; BadOption if it lacks the observable's."""
         if state["kept"] is None:
             raise BadOption(f"{self.unsaved}: expected observables by their names, to observe from here on")
         for name in _TIMES:
@@ -179,7 +179,7 @@ class _Observation:
         time = self.begin + self.taken * self.interval
         if self.until is None or time < self.until - 1e-9 * self.interval:
             return time
-        # 3 * 0.1 is above 0.3: no sample at the end is lost to that.
+        # 3 * 0.1 is above 0.3: that must not lose a sample at the end.
         return self.until if time < self.until + 1e-9 * self.interval else math.inf
 
     def collect(self, collisions: Collisions) -> None:
@@ -202,8 +202,8 @@ class _Observation:
         self.taken += 1
 
     def _read(self, quantity: Any, value: Any) -> Floats:
-        """Returns a quantity of a sample; TypeError unless it has a name and is a number, or an array of
-        numbers with one dimension, of the length that it has always had."""
+        """Returns a quantity of a sample; TypeError unless it has a name and is a number, or a
+        one-dimensional array of numbers whose length never changes."""
         numbers = _numbers(value, f"quantity {quantity!r}")
         if not isinstance(quantity, str):
             raise TypeError(f"quantity {quantity!r} has no name; expected a str")
@@ -232,7 +232,7 @@ def _numbers(value: Any, what: str) -> Floats:
 
 
 def _axis(axis: Any, quantity: str, shape: tuple[int, ...]) -> tuple[str, Floats]:
-    """Returns the name and the values of what a quantity depends on; TypeError for anything else."""
+    """Returns the name and the values of a quantity's coordinate; TypeError for anything else."""
     name, values = axis
     at = _numbers(values, f"what {quantity!r} depends on")
     if not isinstance(name, str) or at.shape != shape:
@@ -244,14 +244,14 @@ def _axis(axis: Any, quantity: str, shape: tuple[int, ...]) -> tuple[str, Floats
 
 
 def check_observable(text: str, saved: bool = False) -> None:
-    """Raises UnknownName, BadOption or PhaseError for what is no observable, or cannot be ``saved``."""
+    """Raises UnknownName, BadOption or PhaseError if a text is no observable, or it cannot be ``saved``."""
     found = _Observation(text)
     if saved and found.unsaved:
         raise BadOption(f"{found.unsaved}: expected no checkpoint, or other observables")
 
 
 class Observers:
-    """The observables of one run; UnknownName, BadOption, Refused or PhaseError where there is no such."""
+    """The observables of one run; UnknownName, BadOption, Refused or PhaseError for invalid ones."""
 
     def __init__(self, scene: Scene, observe: Sequence[str]) -> None:
         self._observations = [_Observation(text) for text in observe]
@@ -275,7 +275,7 @@ class Observers:
 
     @property
     def state(self) -> dict[str, Any]:
-        """All that they go on from, in values that a saved run can hold."""
+        """The state for continuing, in values that a saved run can hold."""
         observed = self._observations
         return {
             "observe": [each.text for each in observed],
@@ -296,12 +296,12 @@ class Observers:
                     f"expected until= or max_contacts=, or an interval, as in {each.name}:every=0.1"
                 )
         if any(each.interval == math.inf for each in self._observations):
-            # The end is a number of contacts: the time of their first hundredth is the interval of samples.
+            # The end is a number of contacts: the time of the first hundredth is the interval of samples.
             part = max((end.contacts - engine.contacts) // _INTERVALS, 1)
             self._first = moment.time, min(engine.contacts + part, end.contacts)
 
     def go_on(self, moment: Moment, engine: Engine, end: End) -> None:
-        """Goes on observing to another end. Raises BadOption if something has happened since, unobserved."""
+        """Continues to observe, to another end. Raises BadOption if an event since was not observed."""
         if self._there != _place(engine):
             raise BadOption(
                 "what this simulation has observed cannot go on: it has run since without being observed, or "
@@ -323,7 +323,7 @@ class Observers:
         engine.ledger.complete = True
 
     def leave(self) -> None:
-        """Notes where a run has ended, unless contacts of it were lost by an error."""
+        """Notes the end of a run, unless an error lost contacts of it."""
         self._running = False
         self._there = _place(self._engine) if self._engine.ledger.complete else None
 
@@ -332,7 +332,7 @@ class Observers:
 
     @property
     def readers(self) -> tuple[RowFunction | None, RowFunction | None]:
-        """What takes the short rows of contacts, and what takes the long ones, if anyone needs them."""
+        """The functions that receive the short and the long rows of contacts; None if nobody needs them."""
         count = self._collecting("contacts", lambda: lambda rows: Collisions(rows["a"], rows["b"]))
         return count, self._collecting("velocities", lambda: _Plans(self._moment).collisions)
 
@@ -352,7 +352,7 @@ class Observers:
         return collect
 
     def advance(self, end: End, run_to: Callable[[End], Ended]) -> Ended:
-        """Runs to an end by ``run_to``, with a stop at each sample; returns what the last call returns."""
+        """Runs to an end by ``run_to``, with a stop at each sample; returns the last call's result."""
         moment, engine, observed = self._moment, self._engine, self._observations
         ended = None
         if self._first is not None:
@@ -369,7 +369,7 @@ class Observers:
             for each in observed:
                 each.plan(moment.time, None, interval)
         while (time := min((each.next_time for each in observed), default=math.inf)) < math.inf:
-            # A run that goes on may have been stopped among the contacts of this time, before a sample.
+            # A resumed run may have been stopped among the contacts of this time, before a sample.
             if time > moment.time or not self._fresh:
                 stop = End(time, engine.clock.ticks(time), contacts=end.contacts, events=end.events)
                 ended = run_to(end if time == end.until else stop)
@@ -395,7 +395,7 @@ def _place(engine: Engine) -> tuple[int, int]:
 
 
 class _Plans:
-    """The velocity of each body by its number: after its last row, which is that before its next."""
+    """The velocity of each body by its number, after its last row: the velocity before its next row."""
 
     def __init__(self, moment: Moment) -> None:
         self._moment = moment
@@ -423,7 +423,7 @@ class _Plans:
         if (rows["b"] == INSERTED).any():
             self._take_in(rows["a"])
         flights, kept = Flights.of(rows), rows["b"] > TURNED
-        order = flights.by_body  # so that each follows the one before it
+        order = flights.by_body  # each follows the flight before it
         body, flies = flights.body[order], flights.value("vx", "vy", which=order)
         first = np.append(True, body[1:] != body[:-1])[: len(body)]
         last, flew = np.roll(first, -1), np.roll(flies, 1, axis=0)
@@ -444,7 +444,7 @@ class _Plans:
         bodies = np.stack([rows["a"], rows["b"]], axis=1)[kept]
         mass = self._mass[np.maximum(bodies, 0)][:, :, None]
         with np.errstate(invalid="ignore"):
-            gained = mass * (after - before)  # of b it is of no use at a wall, which has no velocity
+            gained = mass * (after - before)  # for a wall, b has no velocity: unused
         impulse = np.where(np.isfinite(mass[:, 0]), -gained[:, 0], gained[:, 1])
         rows = rows[kept]
         position = np.stack([rows[name] for name in ("ax", "ay", "bx", "by")], axis=1).reshape(-1, 2, 2)

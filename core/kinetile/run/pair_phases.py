@@ -1,6 +1,6 @@
-"""Narrow phases for pairs: of those that are named, the first that takes two shapes (it is registered for
-kinds of shapes, ``NarrowPhaseSpec.shapes``, and takes every two of these) decides their contacts. One that
-decides nothing is not composed; where one decides all its parts are taken as they are."""
+"""Narrow phases for pairs. A phase is registered for kinds of shapes (``NarrowPhaseSpec.shapes``) and takes
+every two of these; the first named phase that takes two shapes decides their contacts. A phase that decides
+no pair is not composed; if one phase decides all pairs, its parts are used unchanged."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -18,17 +18,17 @@ from kinetile.scene import Scene
 
 
 class NotTaken(Refused):
-    """No narrow phase that is named takes two shapes of a scene, and others may."""
+    """No named narrow phase takes two shapes of a scene; other phases may."""
 
 
 def spec_of(name: str) -> NarrowPhaseSpec:
-    """Returns what a narrow phase is registered as."""
+    """Returns the registration of a narrow phase."""
     return cast(NarrowPhaseSpec, registry().spec("narrow phase", name))
 
 
 def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, int]]]:
     """Returns the narrow phases that decide contacts of a scene, each with its pairs of shapes: the first
-    that takes both. NotTaken if none takes two that there are, BadOption if one could never decide."""
+    that takes both. NotTaken if none takes two shapes of it, BadOption if one could never decide."""
     taken = {each: {*spec_of(each).shapes} for each in names}
     for at, name in enumerate(names):
         if any(taken[name] <= taken[other] for other in names[:at]):
@@ -37,7 +37,7 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
                 "that takes two shapes decides their contacts; name the one that takes fewer first"
             )
     kinds = [each.kind for each in scene.shapes] or ["disc"]
-    there = range(len(kinds))  # also those of bodies that may be inserted
+    there = range(len(kinds))  # also shapes of bodies that may be inserted
     decides: dict[str, list[tuple[int, int]]] = {}
     for one, other in itertools.product(there, there) if names else ():
         first = next((name for name in names if {kinds[one], kinds[other]} <= taken[name]), None)
@@ -51,8 +51,8 @@ def who_takes(scene: Scene, names: Sequence[str]) -> dict[str, list[tuple[int, i
 def pair_parts(
     scene: Scene, decides: Mapping[str, list[tuple[int, int]]], given: Mapping[str, Any]
 ) -> PairParts | None:
-    """Returns the parts for pairs: those of the phase that decides, or of several as one. Bounds are then
-    those of a phase that takes all, since all of them decide when two shapes touch."""
+    """Returns the parts for pairs: the parts of the one phase that decides, or the joined parts of several.
+    Joined parts have the bounds of a phase that takes all shapes: all phases agree on a touch."""
     phases: list[PairParts] = [given[name] for name in decides]
     if len(phases) < 2:
         return phases[0] if phases else None

@@ -1,4 +1,4 @@
-"""Prepared scenes: what a run computes of a scene before its phases prepare for it."""
+"""Prepared scenes: the form of a scene that a run computes before its phases prepare for it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,21 +11,21 @@ from kinetile.scene import Scene
 from kinetile.scene.shapes import Shape
 
 LEAST_SLOTS = 64
-"""The least number of slots in a scene with insertions."""
+"""The smallest number of slots in a scene with insertions."""
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Prepared(Scene):
-    """A scene as phases prepare for it: that of the start, or the present bodies in the middle of a run; with
-    room for ``capacity`` bodies. ``movable_shapes`` are those of the start, and added ones."""
+    """A scene as phases prepare for it: the scene of the start, or the present bodies during a run; with room
+    for ``capacity`` bodies. ``movable_shapes`` are the movable shapes of the start, and added ones."""
 
     capacity: int = 0
-    _ruled: bool = False  # that of the scene of the start
+    _ruled: bool = False  # as for the scene of the start
     movable_shapes: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, scene: Scene, capacity: int | None = None) -> "Prepared":
-        """Returns a scene with room for ``capacity`` bodies; None: twice those present, at least
+        """Returns a scene with room for ``capacity`` bodies; None: twice the present number, at least
         LEAST_SLOTS."""
         room = max(2 * len(scene), LEAST_SLOTS) if capacity is None else capacity
         copy = object.__new__(cls)
@@ -60,8 +60,8 @@ def _columns(rows: Any, elapsed: Any, form: Any) -> dict[str, Any]:
 
 
 def present_scene(plans: Any, now: Any, scene: Scene, capacity: int, coming: Any = None) -> Prepared:
-    """Returns a scene as it is in the middle of a run, at the tick ``now`` of its clock: with the bodies of
-    these plans, and perhaps those that commands insert, and without commands. Nothing is checked."""
+    """Returns the scene of a run at the tick ``now`` of its clock: with the bodies of these plans, perhaps
+    with bodies that commands insert, and without commands. Nothing is checked."""
     elapsed = (now - plans["anchor"]) * (scene.time_unit / TICKS)
     columns = _columns(plans, elapsed, plans["form"])
     if coming is not None:

@@ -16,19 +16,18 @@ from kinetile.run.engine.engine import Engine
 class Readings:
     """The instruments after a run; counts are totals since the start of the simulation.
 
-    After ``resume`` or ``restore`` the structure of the broad phase is built again: structural events, and
-    other counts of its work, may then differ from those of a run that was not interrupted. Contacts do not.
-    The measures of a kinetic data structure (thesis, section 2.1) are among them. Responsiveness: events a
-    CPU second. Efficiency: structural events for each contact. Compactness: the length of the queue.
-    Locality: the number of rescheduled certificates. Candidate checks and exact times for each contact
-    measure the quality of the broad phase; deepest overlap, unaccounted energy and lateness the
-    accuracy of the run.
+    After ``resume`` or ``restore`` the broad phase's structure is built again: counts of its work, such as
+    structural events, may then differ from a run without interruption. Contacts do not. The measures of a
+    kinetic data structure (thesis, section 2.1) are among them. Responsiveness: events a CPU second.
+    Efficiency: structural events for each contact. Compactness: the length of the queue. Locality: the number
+    of rescheduled certificates. Candidate checks and exact times for each contact measure the quality of the
+    broad phase; deepest overlap, unaccounted energy and lateness the accuracy of the run.
 
     Attributes:
-        contacts: number of contacts of all kinds, those of ``Simulation.contacts``.
+        contacts: number of contacts of all kinds, the length of ``Simulation.contacts``.
         contacts_disc: contacts of two discs, beginnings and ends of passings among them.
         contacts_wall: contacts of a body with a wall.
-        passings: times that two discs began to pass through each other.
+        passings: number of times that two discs began to pass through each other.
         turns: commands that change a body: its velocity, acceleration, kind or place.
         inserted: inserted bodies.
         removed: removed bodies.
@@ -36,19 +35,19 @@ class Readings:
         events: contacts, commands and structural events together.
         certificates_updated: number of times that the broad phase scheduled a body's certificate.
         newcomers: pairs that the broad phase reported as newly near, without the static construction.
-        partners_asked: candidate checks: bodies that the broad phase named for another, by a bound if the
-            narrow phase has one.
+        partners_asked: candidate checks: bodies that the broad phase named as near another one, checked by a
+            bound if the narrow phase has one.
         contacts_computed: exact contact times.
-        queue_max: most bodies queued at one time; a body has one entry, so it is at most their number.
-        pairs_max: most pairs in the broad phase's pair set; 0 if it keeps none.
+        queue_max: largest number of queued bodies; a body has one entry, so at most the number of bodies.
+        pairs_max: largest number of pairs in the broad phase's pair set; 0 if it keeps no set.
         deepest_overlap: deepest overlap found at a contact, in radii of the smaller body (``scene.radius``).
-        unaccounted_energy: relative change of energy, that of heights too, by no command and no response.
-        lateness: how far in the past a structural event was found, in the scene's time.
-        cpu_seconds: processor time inside the loop, compilation apart.
-        python_seconds: that part of it in which the loop ran as Python.
+        unaccounted_energy: relative change of kinetic and potential energy by no command and no response.
+        lateness: largest delay of a structural event, in the scene's time.
+        cpu_seconds: processor time inside the loop, without compilation.
+        python_seconds: the part of ``cpu_seconds`` during which the loop ran as Python.
         compile_seconds: processor time to compile the loop, or to load it.
         audits: number of audits without a violation.
-        events_per_cpu_second: events / cpu_seconds of the compiled loop; of Python's where it never was.
+        events_per_cpu_second: events / cpu_seconds of the compiled loop; of Python's if it never ran.
         contacts_per_cpu_second: contacts / cpu_seconds, likewise.
         fingerprint: digest of the list of contacts; equal under every broad phase.
     """
@@ -88,7 +87,7 @@ _COUNTS = [name for name in Readings.__annotations__ if name in (COUNTS.names or
 
 
 def readings_of(engine: Engine, start_energy: float) -> Readings:
-    """Reads the instruments of an engine; ``start_energy`` is that of its bodies at the start."""
+    """Reads the instruments of an engine; ``start_energy`` is the energy of its bodies at the start."""
     k, counts = engine.k, engine.k.counts[0]
     seconds, events, contacts = engine.cpu_seconds, engine.events, engine.contacts
     if seconds > engine.python_seconds:
@@ -120,8 +119,8 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
 
 
 def energy(k: Kernel) -> float:
-    """Returns the kinetic energy of all movable bodies, summed exactly, and by accelerations that of their
-    heights, 0 in the corner (0, 0)."""
+    """Returns the kinetic energy of all movable bodies, summed exactly, and for accelerated bodies also the
+    potential energy, 0 in the corner (0, 0)."""
     found = 0.5 * squares_of_bodies(k)
     there = np.flatnonzero((k.queue.number >= 0) & np.isfinite(k.mass))
     pulls = whole_pulls(k, there)

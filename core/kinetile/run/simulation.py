@@ -1,5 +1,5 @@
-"""``Simulation``, the public class: a scene and its phases by name, to be run, changed, read and saved. The
-work is done by the engine, ``advance``, ``asked`` and ``saving/``."""
+"""``Simulation``, the public class: a scene and its named phases, which users run, change, read and save. The
+engine, ``advance``, ``asked`` and ``saving/`` do the work."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ from kinetile.statistics import Observed
 
 
 class Progress(NamedTuple):
-    """Progress of a run: ``time`` of ``until`` (or None); all contacts and events; its CPU seconds; whether
-    its loop is compiled, or runs as Python."""
+    """Progress of a run: the present ``time`` and its end ``until`` (or None); all contacts and events; its
+    CPU seconds; ``compiled``, False if its loop runs as Python."""
 
     time: float
     until: float | None
@@ -76,8 +76,8 @@ class Progress(NamedTuple):
 
 
 class Inserted(NamedTuple):
-    """What ``insert_many`` has done: (n,) the ``numbers`` of the bodies, -1 without room; which are
-    ``refused``; and ``reasons``, by the place in the call: errors, whose text is made when it is read."""
+    """The result of ``insert_many``: the ``numbers`` of the bodies, (n,), -1 without room; ``refused``, (n,),
+    True for bodies without room; and ``reasons``, errors by the place in the call (texts are made lazily)."""
 
     numbers: Integers
     refused: Flags
@@ -85,11 +85,11 @@ class Inserted(NamedTuple):
 
 
 class _Alone(Unbroken):
-    """A context in which no other thread or callback changes a simulation; BusyError where one does already.
-    It is one step for signals, with places in it where a long one can be interrupted.
+    """A context that keeps other threads and callbacks from changing a simulation; BusyError if one does
+    already. Signals wait until it ends, except at the places where a long step can be interrupted.
 
-    ``what`` the simulation cannot do meanwhile is for the message. What ``runs`` is refused within another
-    run, too; the error that it ends with, or what ``builds``, is ``Simulation.fault``."""
+    The message of BusyError names ``what``, the refused action. A context that ``runs`` is also refused
+    during another run. ``Simulation.fault`` is the error that ends a context that ``runs`` or ``builds``."""
 
     def __init__(
         self, simulation: Simulation, what: str, *, runs: bool = False, builds: bool = False
@@ -127,30 +127,30 @@ class Simulation(QueryableMoment):
     """Bodies in motion under a choice of phases.
 
     Args:
-        broad_phase: its name, with options if needed (``sap-1d:axis=y``); None: the scene's, or the default.
+        broad_phase: name, with options if needed (``sap-1d:axis=y``); None: the scene's, or the default.
         narrow_phases: names, with options if needed, or a mapping from names to options; None: the scene's,
-            or those that it needs.
-        options: options of the broad phase, over those in its name.
-        keep_contacts: False to keep only their fingerprint, for runs of very many contacts.
-        keep_commands: False to forget commands by hand that have run: saved games do not grow by them, and
-            there is no ``recorded``.
-        audit: check everything that must hold at intervals of this many contacts, and at the end of each run
-            (slow: O(n^2) an audit); None: never.
-        turning: True to compile turns into the loop though the scene has none, so that ``set_velocity`` need
-            not compile it again.
+            or the phases that it needs.
+        options: options of the broad phase; they replace options in its name.
+        keep_contacts: False to keep only the fingerprint of the contacts, for runs of very many contacts.
+        keep_commands: False to forget commands by hand that have run: saved runs do not grow by them, and
+            ``recorded`` raises ValueError.
+        audit: number of contacts between two audits, which check every invariant in O(n^2); each run ends
+            with an audit, too. None: no audits.
+        turning: True to compile turns into the loop though the scene plans no turns, so that ``set_velocity``
+            need not compile it again.
         live: True for a program that gives all kinds of commands: they are compiled into the loop, and slots
             are free for inserted bodies, though the scene needs neither.
-        room: with ``live`` or a scene whose bodies come and go, how many bodies can be present before slots
-            are made for more: at least those of the scene; None: twice as many.
+        room: with ``live``, or if the scene inserts and removes bodies: the number of bodies that can be
+            present before tables grow, at least the number in the scene; None: twice as many.
         compiled: True to compile the loop before the first event; False to run hooks as Python, for a
             debugger; None: a run of at most 1,100 bodies whose loop has not been compiled yet begins as
-            Python at once, and goes over when another process has compiled it, or, where that cannot be (for
-            hooks of ``__main__`` say), is compiled here after a second. Contacts are the same, bit for bit.
+            Python at once, and continues in machine code when another process has compiled the loop; if none
+            can (hooks of ``__main__``, say), it is compiled here after a second. Contacts are bitwise equal.
 
     Raises UnknownName, BadOption for an option that a phase does not have, and Refused.
     """
 
-    # What it is
+    # Construction and properties
 
     @answering
     def __init__(
@@ -218,26 +218,26 @@ class Simulation(QueryableMoment):
 
     @property
     def cached(self) -> bool | None:
-        """Whether the loop's machine code lies on disk; None where nothing is compiled."""
+        """True if the loop's machine code is on the disk; None if nothing is compiled."""
         return is_cached(self._engine.loop)
 
     @property
     def compiled(self) -> bool:
-        """Whether the next events run in machine code, and not as Python."""
+        """True if the next events run in machine code, False if they run as Python."""
         return self._engine.runs_compiled or not self._engine.begins_as_python
 
     @property
     def keeps_contacts(self) -> bool:
-        """Whether ``contacts`` are kept, or only their fingerprint."""
+        """True if ``contacts`` are kept, False if only their fingerprint is."""
         return self._engine.ledger.keeps
 
     @property
     def fault(self) -> str | None:
-        """The error with which the last run or step ended, in words; None if it ended well."""
+        """The error that ended the last run or step, in words; None if it ended well."""
         return self._fault
 
     def explain(self) -> dict[str, Any]:
-        """Returns what is modelled and what is left out, in sentences, with the numbers behind them."""
+        """Returns sentences about the model and its limits, with the numbers behind them."""
         return explanation(self._engine)
 
     # Running
@@ -254,13 +254,13 @@ class Simulation(QueryableMoment):
                 self._engine.build()
 
     def rebuild(self) -> None:
-        """Builds the broad phase's structure again at the present moment; no contact can change by it."""
+        """Builds the broad phase's structure again at the present moment; contacts stay the same."""
         with _Alone(self, "be built again", builds=True):
             self._engine.lay_out(self._engine.speed)
             self._engine.build()
 
     @answering
-    def run(  # in one piece: most of it says what its arguments are
+    def run(  # in one piece: most of it documents its arguments
         self,
         until: float | None = None,
         *,
@@ -276,30 +276,30 @@ class Simulation(QueryableMoment):
         duration: float | None = None,
     ) -> Ended:
         """Runs until a time, or for a number of further contacts or events, whichever comes first; returns
-        why it has ended, which is true where the time was reached.
+        the reason of the end, which is true if the time was reached.
 
         Args:
-            until: the time to run to, in the scene's time; all events up to and at it have then happened.
-                None: the scene's own ``until``, if it has one. Where nothing is left to run to a given time,
-                the log ``kinetile`` says so once.
+            until: the end of the run, in the scene's time; all events up to and at it have then happened.
+                None: the scene's own ``until``, if it has one. If a given time is the present one, the log
+                ``kinetile`` says so once.
             max_contacts: stop after this many further contacts of discs and walls, at the time of the last
                 one. Without ``until``, stop as well when nothing has happened for two million time units.
             max_events: stop after this many further events of all kinds, at the time of the last one.
             progress: called after each chunk (a fraction of a second); it may turn bodies.
-            recorder: called with the log rows of each chunk, before a fault is raised; or a ``Recorder``.
+            recorder: a function of the log rows of each chunk, before a fault is raised; or a ``Recorder``.
             stop_at: contacts to stop at, at their exact time (``StopAt``).
-            on_contact: a function that is called with each contact (``Event``) right after it, in order, and
-                where two begin to pass through each other; or functions by kinds: ``{"ball": f, ("bullet",
-                "bottom"): g, ("coin", "*"): h}``, of two kinds, or one and "wall" or a side; bodies are then
-                in the order of the key. It may give commands, which happen at that very time; if it returns
-                True the run stops there. An error ends the run at that contact.
-            on_part: the same where two end to pass through each other, or one of them is removed.
-            on_jam: a function that is called with the error where bodies are jammed or squeezed. The run goes
-                on if it gives a command, such as one that moves, turns or removes a body; unless the same
+            on_contact: a function of one ``Event``, called right after each contact, in order, and when two
+                bodies begin to pass through each other. Or functions by kinds: ``{"ball": f, ("bullet",
+                "bottom"): g, ("coin", "*"): h}``, for two kinds, or for one and "wall" or a side; bodies are
+                then in the order of the key. It may give commands, which happen at exactly that time; if it
+                returns True, the run stops there. An error ends the run at that contact.
+            on_part: the same for two bodies that end to pass through each other, also because one is removed.
+            on_jam: a function of the error, called if bodies are jammed or squeezed. The run continues if the
+                function gives a command, such as one that moves, turns or removes a body, unless the same
                 bodies are jammed again at the same time.
-            observe: what to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results are in
-                ``observed``. To go on with what the last run has measured, that: ``observe=sim.observed``.
-            duration: instead of ``until``: for how long to run from the present time on.
+            observe: observables to measure from here on, such as ``["pressure", "msd:every=0.1"]``; results
+                are in ``observed``. To continue the measurements of the last run: ``observe=sim.observed``.
+            duration: instead of ``until``: the time span to run, from the present time on.
 
         Raises:
             ZenoError: the bodies are jammed, or one is squeezed, and ``on_jam`` has not changed that.
@@ -309,10 +309,10 @@ class Simulation(QueryableMoment):
             BusyError: this simulation is running already.
             ValueError: ``until`` or ``duration`` is not finite, or in the past; an unknown kind is named.
             IndexError: ``stop_at`` names a body that is neither present nor to be inserted.
-            TypeError: ``stop_at`` is no ``StopAt``, ``recorder`` or ``on_contact`` no function; or both
-                ``stop_at`` and ``on_contact`` or ``on_part`` are given.
-            UnknownName, BadOption, Refused: there is no such observable, or not with these options or in this
-                scene.
+            TypeError: ``stop_at`` is no ``StopAt``, ``recorder`` or ``on_contact`` is no function; or
+                ``stop_at`` is given together with ``on_contact`` or ``on_part``.
+            UnknownName, BadOption, Refused: no observable has this name; it does not have these options; or
+                it does not accept this scene.
         """
         with _Alone(self, "run", runs=True):
             engine = self._engine
@@ -359,7 +359,7 @@ class Simulation(QueryableMoment):
             return ended
 
     def _reporting(self, progress: Callable[[Progress], None], end: End) -> Callable[[], None]:
-        """Returns what reports the progress of a run that begins now."""
+        """Returns a function that reports the progress of a run that begins now."""
         engine, began = self._engine, self._engine.cpu_seconds
 
         def report() -> None:
@@ -375,7 +375,7 @@ class Simulation(QueryableMoment):
         report: Callable[[], None] | None,
         end: End,
     ) -> Ended:
-        """Runs to an end, past jams that commands resolve and contacts whose function does not stop it."""
+        """Runs to an end, past resolved jams, and past contacts whose function does not return True."""
         last: object = None
         while True:
             try:
@@ -398,11 +398,11 @@ class Simulation(QueryableMoment):
 
     @answering
     def step(self) -> Event | None:
-        """Runs the next event, of any kind, and returns it; None, with nothing run, without one, and two
-        million time units later if none happens before that. Raises as ``run`` does.
+        """Runs the next event, of any kind, and returns it. Returns None, and runs nothing, if no event is
+        scheduled; and None two million time units later if none happens before. Raises as ``run`` does.
 
         Each row of ``contacts`` is one event. Passings that begin at the start, or begin or end together with
-        a command, happen with it and are returned one by one; ``run`` goes past those that wait.
+        a command, happen with it and are returned one by one; ``run`` skips passings that still wait.
         """
         with _Alone(self, "step", runs=True):
             return self._with_kinds(advance_one(self._engine, End()))
@@ -410,7 +410,7 @@ class Simulation(QueryableMoment):
     @answering
     def steps(self, until: float | None = None) -> Iterator[Event]:
         """Runs event by event, as ``step`` does, and yields each after it has happened, up to and at a time;
-        None: the scene's own ``until``, or for as long as there are events. Between two events the caller may
+        None: until the scene's own ``until``, or while there are events. Between two events the caller may
         read, turn or run the simulation. Raises as ``run`` does."""
         until = self.scene.settings.until if until is None else until
         end = End() if until is None else arguments.read_end(self._engine, until)
@@ -429,7 +429,7 @@ class Simulation(QueryableMoment):
     def next_event(self) -> Event | None:
         """The event that ``step`` would run, as scheduled now; None if nothing is scheduled. It can change: a
         body that flies for more than a thousand time units without an event is anchored again meanwhile, with
-        rounding, and where tables grow for an insertion the new structure may have an event before it. Raises
+        rounding; and if tables grow for an insertion, the new structure may have an event before it. Raises
         BusyError during a chunk of a run: to look ahead, the loop computes the first contact."""
         with _Alone(self, "look ahead"):
             event = next_event(self._engine)
@@ -440,14 +440,14 @@ class Simulation(QueryableMoment):
 
     @property
     def passings(self) -> Integers:
-        """The pairs of bodies that pass through each other now, (m, 2), each once, a < b, ascending."""
+        """The pairs of bodies that pass through each other now: (m, 2), each once, a < b, ascending."""
         found = passings_of(self._engine.k)
         begun = np.stack([found["a"], found["b"]], axis=-1).astype(np.int64)
         waiting = self._bodies_of(meetings.waiting(self._query()))  # until the first run
         return np.unique(np.sort(np.concatenate([begun, waiting])), axis=0)
 
     def audit(self) -> None:
-        """Checks now all that must hold between two events, in O(n^2); AuditError is the first violation."""
+        """Checks every invariant between two events, in O(n^2); AuditError at the first violation."""
         with _Alone(self, "be audited"):
             self._engine.audit()
 
@@ -467,19 +467,19 @@ class Simulation(QueryableMoment):
     # Commands: run at once, between two runs, between two steps, or from the ``progress`` of a run
 
     def set_velocity(self, body: int, velocity: Coordinates) -> None:
-        """Turns a body now: from here on it flies with this velocity. As ``set_velocities``."""
+        """Gives a body a new velocity now, as ``set_velocities`` does."""
         self.set_velocities([body], cast("npt.ArrayLike", [velocity]))
 
     def set_velocities(self, bodies: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
-        """Turns bodies now, in the order given: (n,) their numbers, and (n, 2) velocities or one for all;
-        between two runs, between two steps, or from the ``progress`` of a run. A body that is given twice
-        has the last one. A refused call leaves everything unchanged.
+        """Gives bodies new velocities now, in the given order: (n,) numbers of bodies, and (n, 2) velocities
+        or one for all; between two runs, between two steps, or from the ``progress`` of a run. If a body is
+        given twice, its last velocity counts. A refused call leaves everything unchanged.
 
         Raises:
             IndexError: there is no such body, or it has been removed.
             ValueError: a velocity is not two finite numbers, or too fast for the clock.
             Refused: the broad phase does not accept bodies as fast as this.
-            BusyError: a chunk of a run is under way: this comes from a recorder, or from another thread.
+            BusyError: a chunk of a run is under way: a recorder or another thread made the call.
         """
         with _Alone(self, "turn a body"):
             carry_out(self._engine, TURNED, arguments.read_turns(self._engine, bodies, velocities))
@@ -490,47 +490,47 @@ class Simulation(QueryableMoment):
 
     @answering
     def set_kind(self, body: int, kind: Kind) -> None:
-        """Gives a body another of the scene's kinds from now on: its contacts have the responses of that.
+        """Gives a body another of the scene's kinds from now on: this kind's responses apply.
 
-        With that a platform can be passed from below and met from above (docs/living-scenes.md). A refused
+        So bodies can pass a platform from below and meet it from above (docs/living-scenes.md). A refused
         call leaves everything unchanged.
 
         Raises:
             IndexError, BusyError: as ``set_velocities``.
             ValueError: the scene has no such kind.
-            Refused: the body is passing through one that it would meet then (the error names it).
+            Refused: the body passes through one that it would meet with this kind (the error names it).
         """
         with _Alone(self, "give a body another kind"):
             carry_out(self._engine, OF_KIND, arguments.read_kind(self._engine, body, kind))
 
     @answering
     def set_position(self, body: int, position: Coordinates) -> None:
-        """Moves a body now: it is there from here on, and flies on with its velocity, as if it had been
-        removed and inserted at once, with the same number: what it passes through or rests on ends.
+        """Moves a body now: it flies on from there with its velocity, as if it were removed and inserted at
+        once with the same number. Its passings end, and so does its rest on other bodies.
 
         A refused call leaves everything unchanged.
 
         Raises:
             IndexError, BusyError: as ``set_velocities``.
             ValueError: a position is not two finite numbers.
-            Refused: it would reach into a body or beyond a wall (the error names it, with the depth).
+            Refused: it would overlap a body or reach beyond a wall (the error names it, with the depth).
         """
         with _Alone(self, "move a body"):
             carry_out(self._engine, MOVED, arguments.read_move(self._engine, body, position))
 
     @answering
     def set_accelerations(self, bodies: npt.ArrayLike, accelerations: npt.ArrayLike) -> None:
-        """Gives bodies other accelerations from now on, in the order given: (n,) their numbers, and (n, 2)
-        accelerations or one for all. A body that is given twice has the last one.
+        """Gives bodies other accelerations from now on, in the given order: (n,) numbers of bodies, and (n,
+        2) accelerations or one for all. If a body is given twice, its last acceleration counts.
 
-        None is possible along a periodic axis, of an immovable body, or without an arena after the scene's
-        end. The first one, or a larger one than any so far, prepares the phases again, and the first compiles
-        another loop. A refused call leaves everything unchanged.
+        Refused are accelerations along a periodic axis, of an immovable body, and, without an arena, after
+        the scene's end. The first acceleration, and each that is larger than all before, prepares the phases
+        again; the first compiles another loop. A refused call leaves everything unchanged.
 
         Raises:
             IndexError, BusyError: as ``set_velocities``.
             ValueError: an acceleration is not two such numbers, or too large for the clock.
-            Refused: a narrow phase does not know accelerations, or the broad phase does not accept them.
+            Refused: a narrow phase does not support accelerations, or the broad phase does not accept them.
         """
         with _Alone(self, "accelerate a body"):
             given = arguments.read_accelerations(self._engine, bodies, accelerations, self._goes_to)
@@ -553,13 +553,13 @@ class Simulation(QueryableMoment):
         returns its own number, which no other body of this run has or had.
 
         A shape that the scene's table does not list is added to it: the tables are made again, which takes
-        longer. It may touch others and the walls, and overlap those that it passes through. ``kind`` is one
-        of the scene's, by default the first; ``acceleration`` is by default that of gravity; ``name`` is for
-        ``number``, and no other body has it. After a ``lifetime``, in the scene's time, it is removed, if it
-        has not been before. A refused call leaves everything unchanged.
+        longer. The body may touch other bodies and walls, and overlap bodies that it passes through. ``kind``
+        is one of the scene's, by default the first; ``acceleration`` is by default gravity; ``name``, for
+        ``number``, is unique. After a ``lifetime``, in the scene's time, the body is removed if it is still
+        present. A refused call leaves everything unchanged.
 
         Raises:
-            Refused: it would reach into a body or beyond a wall (the error names it, with the depth), or
+            Refused: it would overlap a body or reach beyond a wall (the error names it, with the depth), or
                 the broad phase does not accept a scene with it.
             ValueError: a scene would refuse a number, or the speed is too fast for the clock.
             TypeError: there is neither radius nor shape.
@@ -593,12 +593,12 @@ class Simulation(QueryableMoment):
         acceleration: Coordinates | None = None,
         lifetime: Radii = None,
     ) -> Inserted:
-        """Inserts bodies now, one after the other, as ``insert`` does: those that have room.
+        """Inserts now all bodies that have room, one after the other, as ``insert`` does.
 
         (n, 2) positions; velocities, (n, 2), or one for all; one ``acceleration`` for all; the others one for
-        all, or a sequence of n. A body without room is left out, and ``Inserted`` says why; it may have none
-        because of a body of this call. The structure of a broad phase is built again once at most. A call
-        that raises leaves everything unchanged.
+        all, or a sequence of n. A body without room is left out, and ``Inserted`` gives the reason; an
+        earlier body of this call may be the reason. The broad phase's structure is built again at most once.
+        A call that raises leaves everything unchanged.
 
         Raises:
             ValueError: a scene would refuse a number, or a speed is too fast for the clock; it names the
@@ -618,7 +618,7 @@ class Simulation(QueryableMoment):
                 reasons.update(insert_those_with_room(engine, rows))
             else:  # a command of the scene comes first, or there are new shapes or accelerations
                 columns = [arguments.column(name, given, len(rows)) for name, given in each.items()]
-                with unchanged_if(engine, Exception):  # of a phase that does not accept the tenth of them
+                with unchanged_if(engine, Exception):  # a phase may refuse the tenth of them
                     for at, (row, *own) in enumerate(zip(rows, *columns, strict=True)):
                         try:
                             values = dict(zip(each, own, strict=True))
@@ -638,7 +638,7 @@ class Simulation(QueryableMoment):
 
     def recorded(self) -> Scene:
         """Returns the scene with all interactive commands, each at its exact time, and the present moment as
-        its exact end: it has the contacts of this run, under any phase. ValueError if they are not kept."""
+        its exact end. It has the contacts of this run, under any phase. ValueError without kept commands."""
         engine = self._engine
         if not engine.history.kept:
             raise ValueError(
@@ -647,7 +647,7 @@ class Simulation(QueryableMoment):
         commands = engine.history.played(engine.scene, engine.clock)
         played = with_commands(engine.scene, commands, kinds=engine.scene.kinds)
         end = (*divmod(engine.total, TICKS), engine.met_now)
-        origin = dict(played.origin, contacts=engine.contacts - engine.met_now)  # some of now may have no row
+        origin = dict(played.origin, contacts=engine.contacts - engine.met_now)  # present ones may lack rows
         settings = replace(played.settings, until=engine.time, end=end)
         return relabelled(played, settings=settings, origin=origin)
 
@@ -655,12 +655,12 @@ class Simulation(QueryableMoment):
 
     @property
     def contacts(self) -> Rows:
-        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), read-only. Reading copies
-        those since the last reading. Raises ValueError if none are kept."""
+        """All contacts so far, in canonical order (dtype ``kinetile.CONTACT``), read-only. Reading copies the
+        contacts since the last reading. Raises ValueError if contacts are not kept."""
         return self._engine.ledger.contacts
 
     def contacts_since(self, count: int) -> Rows:
-        """Returns the contacts after the first ``count``; ValueError if none are kept, or below 0."""
+        """Returns the contacts after the first ``count``; ValueError if none are kept, or ``count`` < 0."""
         return self._engine.ledger.contacts_since(read_count(count, "count", "contacts"))
 
     @property
@@ -670,8 +670,8 @@ class Simulation(QueryableMoment):
 
     @property
     def state_fingerprint(self) -> str:
-        """Hex digest of bodies, passings, clock and commands to come: equal under every broad phase. Where it
-        is equal, runs of one scene go on alike, whatever came before. Raises as ``snapshot``."""
+        """Hex digest of bodies, passings, clock and commands to come: equal under every broad phase. Runs of
+        one scene with equal digests continue alike, whatever came before. Raises as ``snapshot``."""
         return self.snapshot().state_fingerprint
 
     @property
@@ -681,9 +681,9 @@ class Simulation(QueryableMoment):
 
     @property
     def observed(self) -> Observed:
-        """What the last run with ``observe`` has measured, before a snapshot or a file that this goes on from
-        as well: estimates by observable and quantity. Raises as ``run`` where an observable of a saved run is
-        not installed here."""
+        """The measurements of the last run with ``observe``: estimates by observable and quantity; after
+        ``restore`` or ``resume``, those in the snapshot or file. Raises as ``run`` if an observable of a
+        saved run is not installed here."""
         if self._observed is None:
             assert self._saved_observed is not None
             with no_simulation("what was observed in this saved run"):
@@ -693,14 +693,14 @@ class Simulation(QueryableMoment):
 
     @property
     def rows(self) -> int:
-        """The number of log rows so far: those of a recorder present from the start."""
+        """The number of log rows so far, as a recorder that is present from the start gets them."""
         return self._engine.ledger.rows
 
     # The structure of the broad phase
 
     @property
     def built(self) -> bool:
-        """Whether the broad phase's structure is built: then reading it compiles and builds nothing."""
+        """True if the broad phase's structure is built: reading it then compiles and builds nothing."""
         return self._engine.built
 
     @property
@@ -716,19 +716,19 @@ class Simulation(QueryableMoment):
         return read_only(self._engine.k)
 
     def candidate_pairs(self) -> npt.NDArray[np.int32]:
-        """Returns the candidate pairs now, (k, 2), a < b, sorted."""
+        """Returns the present candidate pairs: (k, 2), a < b, sorted."""
         return pairs_of_named(self.near())
 
     def near(self) -> npt.NDArray[np.int32]:
-        """Returns the near bodies of each body now, (k, 2): (a, b) if the broad phase names b as near a."""
+        """Returns the near bodies of each body now: (k, 2), (a, b) if the broad phase names b as near a."""
         self.build()
         engine = self._engine
         return by_number(engine.k, named_near(engine.k, engine.composition, engine.packed[0]))
 
     def drawing(self) -> tuple[Item, ...]:
-        """Returns the present structure of the broad phase as shapes of ``kinetile.plugin.drawing``; nothing
-        if the phase draws nothing. They move with their bodies, and are valid until the next event. Two
-        immovable bodies never meet, and have no line as a pair.
+        """Returns the present structure of the broad phase as shapes of ``kinetile.plugin.drawing``; () if
+        the phase draws nothing. They move with their bodies, and are valid until the next event. A pair of
+        immovable bodies has no line, because the two never meet.
 
         Bodies have their numbers, and ``fails`` counts ticks since the start: ``divmod(fails, 2**52)`` is
         (epoch, tick), as for ``contacts`` and ``exact_time``. Raises PhaseError if the phase's ``draw`` is
@@ -742,14 +742,14 @@ class Simulation(QueryableMoment):
     # Saving
 
     def snapshot(self) -> Snapshot:
-        """Returns the complete state of this simulation, for ``restore``. Raises RecordError where a run has
-        ended with a fault other than a jam, BusyError while a chunk of a run is under way."""
+        """Returns the complete state of this simulation, for ``restore``. Raises RecordError if a fault other
+        than a jam has ended a run, BusyError while a chunk of a run is under way."""
         with _Alone(self, "be saved"):
             engine, of = self._engine, self._observers
             if not engine.can_go_on:
                 raise RecordError(
-                    "this simulation has ended with a fault and cannot go on, so it is not saved: what was "
-                    "saved before it can be taken up"
+                    "this simulation has ended with a fault and cannot go on, so it is not saved: an "
+                    "earlier save can be resumed"
                 )
             observed = self._saved_observed if of is None else of.state
             phases = SavedPhases.of(engine.composition)
@@ -758,8 +758,8 @@ class Simulation(QueryableMoment):
     @answering
     def restore(self, snapshot: Snapshot) -> None:
         """Continues from a snapshot of this simulation, or of another one of the same scene, as ``resume``
-        does. Raises RecordError for one of another scene or of other narrow phases, Refused if the broad
-        phase does not accept it, BusyError while it runs; then nothing has changed."""
+        does. Raises RecordError for a snapshot of another scene or of other narrow phases, Refused if the
+        broad phase does not accept it, BusyError during a run; then nothing has changed."""
         with _Alone(self, "be restored"):
             if self._running:
                 raise BusyError(
@@ -769,11 +769,11 @@ class Simulation(QueryableMoment):
 
     @answering
     def save(self, path: str | os.PathLike[str], note: Mapping[str, Any] | None = None) -> None:
-        """Writes a file from which ``kinetile.resume`` makes this simulation again, in any process. It gets
-        its name when it is completely on the disk; until then an old file of this name stays.
+        """Writes a file that ``kinetile.resume`` reads to continue this simulation, in any process. The file
+        gets its name when it is completely on the disk; until then an old file of this name stays.
 
         ``note`` is any value for JSON; ``kinetile.run.saving.files.note`` reads it back. Raises RecordError
-        if it cannot be written, if there is a file that is no saved simulation, and as ``snapshot``.
+        if the file cannot be written, if it would replace a file of another kind, and as ``snapshot``.
         """
         write_whole(path, self.snapshot(), note)
 
@@ -799,17 +799,17 @@ class Simulation(QueryableMoment):
         self._observed = None if snapshot.observed else Observed()
 
     def _observers_for(self, observe: Sequence[str] | Observed) -> Observers | None:
-        """Returns the observables of a run, if any: new ones, or those with whose measurements it goes on."""
+        """Returns the observables of a run: new ones, or the last ones, which measure on; or None."""
         if not isinstance(observe, Observed):
             return None if isinstance(observe, tuple) and not observe else Observers(self.scene, observe)
         if observe is not self.observed:
             raise BadOption(
-                "observe has what another run has observed: expected observables by their names, or "
-                "observe=sim.observed of this simulation, to go on with what it has measured last"
+                "observe is the result of another run: expected observables by their names, or "
+                "observe=sim.observed of this simulation, to continue its last measurements"
             )
         if not observe:
             raise BadOption(
-                "observe=sim.observed goes on with what was observed last, and nothing was: expected "
+                "observe=sim.observed continues the last observation, and there is none: expected "
                 "observables by their names, such as observe=['pressure']"
             )
         return self._observers
@@ -825,20 +825,20 @@ class Simulation(QueryableMoment):
             return event
         k = self._engine.k
         slots = [int(k.slots[body]) for body in event.bodies]
-        if not len(k.rules) or min(slots, default=0) < 0:  # gone, or still to come
+        if not len(k.rules) or min(slots, default=0) < 0:  # removed, or not yet inserted
             return event._replace(kinds=tuple(self.kinds_of(event.bodies).tolist()))
         numbers = np.asarray(k.traits)["kind"]
         return event._replace(kinds=tuple([self.scene.kinds[numbers[slot]] for slot in slots]))
 
     @property
     def _goes_to(self) -> float:
-        """The time to which the run that is under way goes, or the present one."""
+        """The end of the run that is under way, or the present time."""
         until = self._running.until if self._running else None
         return self.time if until is None else until
 
 
 def composition_of(simulation: Simulation) -> Composition:
-    """Returns the phases of a simulation and their parts."""
+    """Returns the phases of a simulation, and their parts."""
     return simulation._engine.composition
 
 
@@ -850,12 +850,12 @@ def resume(
     options: Mapping[str, Any] | None = None,
     compiled: bool | None = None,
 ) -> Simulation:
-    """Returns the simulation that ``Simulation.save`` has written to a file; ``compiled`` is as there.
+    """Returns the simulation that ``Simulation.save`` has written to a file; ``compiled``: as for it.
 
     It continues from the plans, the clock, the commands still to come and the contacts so far, under the same
     broad phase, or under ``broad_phase`` (with ``options`` for it), whose structure is built again: contacts
-    are the same, bit for bit, but perhaps not the number of structural events. Raises RecordError, which says
-    what is wrong with the file, and UnknownName, BadOption and Refused as ``Simulation``.
+    are the same, bit for bit, but perhaps not the number of structural events. Raises RecordError, which
+    names the fault of the file, and UnknownName, BadOption and Refused as ``Simulation``.
     """
     if broad_phase is None and options is not None:
         raise BadOption(
@@ -873,7 +873,7 @@ def simulation_of(
     options: Mapping[str, Any] | None = None,
     compiled: bool | None = None,
 ) -> Simulation:
-    """Returns a new simulation that goes on from a snapshot, under its own phases or another broad phase."""
+    """Returns a new simulation that continues from a snapshot, under its or another broad phase."""
     phases = snapshot.phases
     simulation = Simulation(
         snapshot.scene,

@@ -1,9 +1,9 @@
 """Bodies of a scene as arrays: read from any given form, and checked against each other and the arena.
 
-Overlaps are found in time proportional to the discs and the overlaps. Discs are sorted into levels by the
-power of two above their radius; a level's cells are twice that power wide, so a disc can only overlap discs
-of its own or a lower level in its own cell or one of the eight around it, and the division that finds the
-cell is exact. Cells are a sorted array of hashed numbers; chunks of pairs have a bounded size.
+The search for overlaps takes time proportional to the numbers of discs and overlaps. Discs are sorted into
+levels by the power of two above their radius; a level's cells are twice that power wide. So a disc can only
+overlap discs of its own or a lower level in its own cell or one of the eight around it, and the division that
+finds the cell is exact. Cells are a sorted array of hashed numbers; chunks of pairs have a bounded size.
 """
 
 import math
@@ -30,14 +30,14 @@ from kinetile.scene.shapes import SEGMENTS, ShapeTable, overlapping_shapes
 from kinetile.scene.values import VALUES
 
 Coordinates: TypeAlias = Sequence[float] | Array
-"""A point, a velocity, a disc or a box as it is given: a tuple, a list or an array."""
+"""A point, a velocity, a disc or a box as given: a tuple, a list or an array."""
 
 
 @dataclass(frozen=True)
 class Bodies:
     """Bodies as arrays of n rows: position and velocity are (n, 2), radius and mass (n,). ``unknown`` maps
-    each name to (n,) the bodies whose value was reported as missing or wrong: checks that need it leave them
-    out. ``table`` are the shapes, whose reach is their radius; None: discs."""
+    each name to (n,), True for bodies whose value was reported as missing or wrong: checks that need it leave
+    them out. ``table`` has the shapes, whose reach is their radius; None: discs."""
 
     position: Floats
     velocity: Floats
@@ -50,13 +50,13 @@ class Bodies:
         return len(self.mass)
 
     def known(self, *names: str) -> Flags:
-        """Returns (n,) the bodies of which all these fields are known."""
+        """Returns (n,), True for bodies with all these fields known."""
         return np.asarray(~np.logical_or.reduce([self.unknown[name] for name in names]))
 
 
 def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Flags], mistakes: list[Mistake]) -> Bodies:
     """Copies the bodies' fields, by their names, to arrays of matching shapes; reports values that are no
-    numbers, and marks them as unknown, like those that were not read from a file."""
+    numbers, and marks them as unknown, like values that were not read from a file."""
     read: dict[str, Floats] = {}
     for name, value in given.items():
         array, wrong = _numbers(value)
@@ -87,7 +87,7 @@ def read_arrays(given: Mapping[str, Any], unread: Mapping[str, Flags], mistakes:
 
 
 def _numbers(value: npt.ArrayLike) -> tuple[Floats | None, tuple[str, str]]:
-    """Returns ``value`` as an array of float64 or None, and what was found and expected where it is None."""
+    """Returns ``value`` as an array of float64, or None, and the texts "found" and "expected" for None."""
     if _is_masked(value):
         return None, ("a masked array, some of whose numbers are not to be used", "numbers without a mask")
     try:
@@ -112,7 +112,7 @@ def _is_masked(value: object) -> bool:
 
 
 def _first_rounded(array: Array, floats: Floats) -> str | None:
-    """Returns the first number of an array of a wider type that is not the same as float64; None: all are."""
+    """Returns the first number of a wider type that float64 does not hold exactly; None if it holds all."""
     if array.dtype.kind in "iu" and array.dtype.itemsize == 8:
         far = np.flatnonzero(np.abs(floats) >= 2.0**53)
         return next((str(n) for k in far if (n := int(array.flat[k])) != int(floats.flat[k])), None)
@@ -126,8 +126,8 @@ FIXED = "none: nothing moves a body of infinite mass"
 
 
 def read_accelerations(given: Any, bodies: Bodies, unread: Flags | None, mistakes: list[Mistake]) -> Floats:
-    """Returns (n, 2) the accelerations that bodies have of their own, NaN for those without one; a row of NaN
-    is given for none. Reports what is no acceleration; ``unread`` has been reported."""
+    """Returns (n, 2) the own accelerations of bodies, NaN for bodies without one; a given row of NaN means no
+    own one. Reports invalid accelerations; ``unread`` ones have been reported."""
     found = np.full((len(bodies), 2), math.nan)
     array, wrong = _numbers(given)
     own = 0 if array is None or array.ndim != 2 else len(array)
@@ -144,7 +144,7 @@ def read_accelerations(given: Any, bodies: Bodies, unread: Flags | None, mistake
     odd = np.array([bool(value.expected(each)) for each in found.tolist()], dtype=np.bool_) & ~none
     told = odd.copy()
     if unread is not None:
-        told[: len(unread)] &= ~unread  # obstacles, which a file has elsewhere, come after its bodies
+        told[: len(unread)] &= ~unread  # obstacles, which a file has elsewhere, follow its bodies
     mistakes += _spell_out(told, "acceleration", found, value.expected)
     fixed = ~odd & ~none & np.isinf(bodies.mass) & found.any(axis=1)
     mistakes += _spell_out(fixed, "acceleration", found, FIXED)
@@ -152,17 +152,17 @@ def read_accelerations(given: Any, bodies: Bodies, unread: Flags | None, mistake
     return found
 
 
-_ENOUGH_CHUNKS = 8  # chunks in which overlaps are still counted once there are more than LIMIT
+_ENOUGH_CHUNKS = 8  # chunks that still count overlaps after the first LIMIT
 
 BODY_COLUMNS = ("position", "velocity", "radius", "mass")
 """The fields of a body that are numbers."""
 
 Passing: TypeAlias = tuple[Integers, Flags]
-"""(n,) the kinds of bodies, and (kinds, kinds) which pass through each other, and so may overlap."""
+"""(n,) the kinds of bodies, and (kinds, kinds), True if two pass through each other: they may overlap."""
 
 
 def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> list[Mistake]:
-    """Checks bodies against each other and the arena; its extent is None without an arena, or a right one."""
+    """Checks bodies against each other and the arena; ``extent`` is None without an arena or a right one."""
     mistakes: list[Mistake] = []
     right: dict[str, Flags] = {}
     for name in BODY_COLUMNS:
@@ -182,7 +182,7 @@ def check_bodies(bodies: Bodies, extent: Extent | None, passing: Passing) -> lis
         mistakes += _check_inside(bodies, extent, placed)
         mistakes += _check_images(bodies, periods, placed)
         if mistakes and any(periods):
-            return mistakes  # images could not be looked at
+            return mistakes  # images cannot be compared
     return mistakes + _check_apart(bodies, np.flatnonzero(placed), passing, periods, movable)
 
 
@@ -201,7 +201,7 @@ def _check_masses(mass: Floats, bodies: npt.NDArray[np.intp]) -> list[Mistake]:
 def _spell_out(
     wrong: Flags, field: str, found: Floats | Callable[[int], str], expected: str | Callable[[Any], str]
 ) -> list[Mistake]:
-    """Turns a mask of wrong bodies into mistakes, LIMIT of them and a last one that counts the others."""
+    """Returns the mistakes of a mask of wrong bodies, at most LIMIT and a last one that counts the others."""
     bodies = np.flatnonzero(wrong)
     mistakes = []
     for i in bodies[:MOST_MISTAKES].tolist():
@@ -243,8 +243,8 @@ def _check_inside(bodies: Bodies, extent: Extent, placed: Flags) -> list[Mistake
 
 
 def _check_images(bodies: Bodies, periods: tuple[float, float], placed: Flags) -> list[Mistake]:
-    """Checks that no body would meet itself, and with shapes that no two would touch through two images at a
-    time; or that a body is so far away that its periods cannot be counted."""
+    """Checks that no body would meet itself, that no two shapes would touch through two images at once, and
+    that no body is too far away to count its periods."""
     position, radius = bodies.position, bodies.radius
     wide = 2.0 if bodies.table is None else 4.0
     wrong = np.zeros(len(radius), dtype=np.bool_)
@@ -268,7 +268,7 @@ def _check_apart(
     periods: tuple[float, float],
     movable: Flags,
 ) -> list[Mistake]:
-    """Reports the first LIMIT pairs of those ``placed`` that may not overlap and do, and how many more."""
+    """Reports the first LIMIT pairs of ``placed`` bodies that must not overlap and do, and counts others."""
     (kind, passes), table = passing, bodies.table
     position, radius = bodies.position[placed], bodies.radius[placed]
     first: list[tuple[int, int]] = []
@@ -305,7 +305,7 @@ def _overlap(bodies: Bodies, periods: tuple[float, float], a: int, b: int) -> st
 
 
 CHUNK = 1 << 20
-"""Pairs that are compared at a time (a single disc may bring as many more as there are discs)."""
+"""The number of pairs compared at a time (a single disc may add as many as there are discs)."""
 
 _STRIDES = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F], dtype=np.uint64)
 _FARTHEST_CELL = 2.0**61  # beyond, cells merge: more to compare, never less
@@ -325,14 +325,14 @@ class _Cells(NamedTuple):
 
 
 def distance(apart: Floats) -> Floats:
-    """Returns the lengths of (n, 2) differences: the same bits everywhere, which np.hypot's are not."""
+    """Returns the lengths of (n, 2) differences: the same bits on every machine, unlike np.hypot's."""
     exponent = np.frexp(np.abs(apart).max(axis=1))[1]
     scaled = np.ldexp(apart, -exponent[:, np.newaxis])  # so that no square over- or underflows
     return np.asarray(np.ldexp(np.sqrt(scaled[:, 0] * scaled[:, 0] + scaled[:, 1] * scaled[:, 1]), exponent))
 
 
 def nearest_image(apart: Floats, periods: tuple[float, float]) -> Floats:
-    """Returns (n, 2) differences of places, along each periodic axis those of the nearest images."""
+    """Returns (n, 2) differences of places, along each periodic axis between the nearest images."""
     columns = [
         np.array([math.remainder(each, period) for each in column.tolist()]) if period else column
         for column, period in zip(apart.T, periods, strict=True)
@@ -341,13 +341,13 @@ def nearest_image(apart: Floats, periods: tuple[float, float]) -> Floats:
 
 
 def whole_periods(apart: Floats, periods: tuple[float, float]) -> Floats:
-    """Returns how many periods (n, 2) differences of places are, to whole numbers; 0 along other axes."""
+    """Returns (n, 2) differences of places in periods, as whole numbers; 0 along other axes."""
     sides = np.array(periods)
     return np.asarray(np.rint(apart / np.where(sides > 0.0, sides, math.inf)))
 
 
 def in_box(places: Floats, periods: tuple[float, float]) -> Floats:
-    """Returns (n, 2) places as they are shown: along a periodic axis from 0 to less than the period."""
+    """Returns (n, 2) places as users see them: along a periodic axis from 0 to less than the period."""
     shown_at = np.array(places)
     for column, period in zip(shown_at.T, periods, strict=True):
         if period:
@@ -359,7 +359,7 @@ def in_box(places: Floats, periods: tuple[float, float]) -> Floats:
 def overlapping_images(
     position: Floats, radius: Floats, periods: tuple[float, float], tolerance: float = 0.0
 ) -> Iterator[Integers]:
-    """Yields what ``overlapping_pairs`` does, once, for images too: bodies near a border are repeated."""
+    """Yields ``overlapping_pairs``, each once, also through images: bodies near a border are repeated."""
     if not any(periods) or not len(radius):
         yield from overlapping_pairs(position, radius, tolerance)
         return
@@ -435,6 +435,6 @@ def _compare(
             reach = (discs.radius[one] + others.radius[other]) * (1.0 - tolerance)
             close = np.flatnonzero(distance(apart) < reach)
         one, other = one[close], other[close]
-        really = (others.cell[other] - discs.cell[one] == step).all(axis=1)  # and not by a chance hash
+        really = (others.cell[other] - discs.cell[one] == step).all(axis=1)  # no equal hash by chance
         yield np.sort(np.stack([discs.disc[one[really]], others.disc[other[really]]], axis=1), axis=1)
         first = last

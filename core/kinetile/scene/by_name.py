@@ -20,7 +20,7 @@ from kinetile.scene.checks import is_number, shown
 from kinetile.scene.scene import Scene, relabelled
 
 _SEVERAL = {"tuple[int, ...]": "int", "tuple[float, ...]": "float"}
-"""Types of several numbers, and the type of each."""
+"""Types of several numbers, and the type of one number."""
 
 _NEEDED = {
     "int": "a whole number",
@@ -33,7 +33,7 @@ _NEEDED = {
 
 
 def holds_several(parameter: Parameter) -> bool:
-    """Whether one value of a parameter is a list itself: of numbers, or as its annotation says."""
+    """Returns True if one value of a parameter is itself a list: of numbers, or by its annotation."""
     words = re.findall(r"\w+", parameter.type.lower())
     return any(word in words for word in ("tuple", "list", "sequence", "iterable", "collection", "ndarray"))
 
@@ -44,15 +44,15 @@ SHARED_PARAMETERS = (
         "gravity", "tuple[float, ...]", (), "acceleration of all bodies, gx,gy: length per time squared"
     ),
 )
-"""Parameters of every recipe: the axes along which its arena is periodic, and gravity."""
+"""Parameters of every recipe: the periodic axes of its arena, and gravity."""
 
 
 @answering
 def make_scene(name: str, /, **parameters: Any) -> Scene:
-    """Returns the scene that a recipe makes from these parameters (its defaults for the rest); with
-    ``periodic`` ("x", "y" or "xy") in a periodic arena, and with ``gravity``, (gx, gy), of bodies that fall.
-    Its ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName, BadOption
-    for a parameter that the recipe cannot use, SceneError for mistakes, and PhaseError."""
+    """Returns the scene that a recipe makes from these parameters (its defaults for the rest); ``periodic``
+    ("x", "y" or "xy") makes its arena periodic, and with ``gravity``, (gx, gy), its bodies fall. Its
+    ``origin`` is {"recipe": name, "parameters": {...}}, defaults included. Raises UnknownName, BadOption for
+    a parameter that the recipe cannot use, SceneError for mistakes, and PhaseError."""
     recipe = registry().target("scene", name)
     with np.errstate(all="ignore"), calling("scene", name, "the recipe"):  # the scene checks its numbers
         mistakes = parameter_mistakes(name, parameters)
@@ -71,7 +71,7 @@ def make_scene(name: str, /, **parameters: Any) -> Scene:
 
 
 def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns all parameters of the recipe called ``name``: those given, which it can use
+    """Returns all parameters of the recipe called ``name``: the given ones, which have no mistakes
     (``parameter_mistakes``), by type, and defaults. UnknownName; PhaseError if its signature hides them."""
     return {
         each.name: _convert(each, given[each.name]) if each.name in given else each.default
@@ -82,20 +82,20 @@ def complete_parameters(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 def recipe_parameters(name: str) -> tuple[Parameter, ...]:
     """Returns the parameters of the recipe called ``name``, in the order of its signature; UnknownName, and
-    PhaseError for one whose signature hides its parameters."""
+    PhaseError if its signature hides them."""
     return parameters_of("scene", name)
 
 
 def accepted_parameters(name: str) -> tuple[Parameter, ...]:
-    """Returns what may be given to a recipe: its parameters, and the ``SHARED_PARAMETERS`` that it lacks."""
+    """Returns the parameters that a recipe accepts: its own, and the ``SHARED_PARAMETERS`` that it lacks."""
     own = recipe_parameters(name)
     names = {each.name for each in own}
     return (*own, *(each for each in SHARED_PARAMETERS if each.name not in names))
 
 
 def parse_parameters(name: str, texts: Iterable[str]) -> dict[str, Any]:
-    """Returns the parameters that ``texts``, each "name=value", give to the recipe called ``name``, read as
-    their types say; UnknownName, and BadOption with a sentence for each that cannot be read."""
+    """Returns the parameters of the recipe called ``name`` from ``texts``, each "name=value", read by their
+    types; UnknownName, and BadOption with a sentence for each unreadable one."""
     known = {each.name: each for each in accepted_parameters(name)}
     parameters: dict[str, Any] = {}
     sentences = []
@@ -167,14 +167,14 @@ def _convert(parameter: Parameter, value: Any) -> Any:
 
 
 def _read(parameter: Parameter, text: str) -> Any:
-    """Returns the value of a text for a parameter: 1e4 is a whole number where that is wanted."""
+    """Returns the value of a text for a parameter: 1e4 is a whole number if the type is."""
     value = read_value(text.strip()) if parameter.type in ("int", "float", "bool") else text.strip()
     is_whole = parameter.type == "int" and isinstance(value, float) and value.is_integer()
     return int(value) if is_whole else value
 
 
 def known_options(name: str, *kinds: PluginKind) -> list[str]:
-    """Returns the options of the plugin of this name and one of these kinds; none without one."""
+    """Returns the options of the plugin of this name and one of these kinds; [] without a plugin."""
     for kind in kinds:
         with suppress(KinetileError):
             return [each.name for each in parameters_of(kind, name)]

@@ -1,4 +1,4 @@
-"""Checks of a scene: each looks at whole arrays and returns all mistakes, with their places written as in a
+"""Checks of a scene: each checks whole arrays and returns all mistakes, with their places written as in a
 scene file (``bodies[3].radius``). ``kinetile.scene.reader`` runs all of them, once for each scene."""
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from kinetile.plugin.specs import PluginKind
 
 TOLERANCE = 1e-12
-"""By how much a disc may reach into a wall (in radii) or into another disc (in the sum of the two radii)."""
+"""The allowed depth of a disc in a wall (in radii) or in another disc (in the sum of the two radii)."""
 
 MOST_MISTAKES = 20
-"""Mistakes of one kind that are spelled out; of the others only the number is given."""
+"""The number of mistakes of one kind that are spelled out; the others are only counted."""
 
 MOST_REPORTED = 100
-"""Mistakes of all kinds that are reported."""
+"""The number of mistakes of all kinds that are reported."""
 
-SMALLEST: float = np.float64(2.0**-200)  # not of Python: a float32 would be compared in its own width
+SMALLEST: float = np.float64(2.0**-200)  # NumPy's: else a float32 is compared in its own width
 LARGEST: float = np.float64(2.0**200)
-"""Radii, masses and the sides of the arena lie between; no coordinate and no speed is beyond the larger one.
+"""Radii, masses and the arena's sides lie between these; no coordinate or speed is beyond the larger one.
 
 So every product of up to four of them is a normal number, as contact times need, whatever the units.
 """
@@ -38,7 +38,7 @@ HEAVIEST = 2.0**100
 """The largest ratio of two masses."""
 
 FARTHEST = 2.0**31
-"""Periods from 0 within which places on a periodic axis are written."""
+"""The largest distance from 0, in periods, of a place on a periodic axis."""
 
 PERIODIC_BODY = "a disc narrower than the period, within 2**31 periods of 0"
 PERIODIC_SHAPE = (
@@ -47,10 +47,10 @@ PERIODIC_SHAPE = (
 )
 
 WALL_KIND, ANY_KIND = "wall", "*"
-"""Names that no kind of body has: they mean the walls of an arena, and for any kind."""
+"""Names that no kind of body has: they mean the walls of an arena, and any kind."""
 
 FARTHEST_START: float = np.float64(2.0**52)
-"""The latest start of a clock, in time units from 0: there it still resolves one."""
+"""The latest start of a clock, in time units from 0: there it still resolves a unit."""
 
 RANGE = f"from 2**-200 ({SMALLEST:.1e}) to 2**200 ({LARGEST:.1e})"
 REACH = f"at most 2**200 ({LARGEST:.1e})"
@@ -59,7 +59,7 @@ _NUMBER = re.compile(r"\[\d+\]")
 
 
 def is_number(value: object) -> bool:
-    """Whether ``value`` is a real number; True and False are none."""
+    """Returns True if ``value`` is a real number; True and False are not numbers."""
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
@@ -86,7 +86,7 @@ def abridged(mistakes: Iterable[Mistake]) -> list[Mistake]:
 
 
 def is_kind(value: object) -> bool:
-    """Whether a value can be a kind."""
+    """Returns True if a value can be a kind."""
     if isinstance(value, bool):
         return False
     if isinstance(value, str):
@@ -95,16 +95,16 @@ def is_kind(value: object) -> bool:
 
 
 def as_kind(value: Any) -> str | int:
-    """Returns a kind as scenes keep it: plain text or a plain number, whatever class it came in."""
+    """Returns a kind as scenes keep it: plain text or a plain number, from any class."""
     return str.__str__(value) if isinstance(value, str) else int(value)
 
 
 def plain(value: Any) -> Any:
-    """Returns an option's value as a scene file would give it back; a copy of what no file can hold."""
+    """Returns an option's value as a scene file would return it; a copy if no file can hold it."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and math.isnan(value):
-        return math.nan  # the same object, so that two equal tables with it are equal
+        return math.nan  # the same object, so that equal tables with it are equal
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     if isinstance(value, Mapping):
@@ -113,7 +113,7 @@ def plain(value: Any) -> Any:
 
 
 def _is_text(value: str) -> bool:
-    """Whether a file can hold this text: half of a surrogate pair has no form in UTF-8."""
+    """True if a file can hold this text: half of a surrogate pair has no form in UTF-8."""
     try:
         value.encode()
     except UnicodeEncodeError:
@@ -122,7 +122,7 @@ def _is_text(value: str) -> bool:
 
 
 def is_finite(value: Any) -> bool:
-    """Whether ``value`` is a real number and finite; an integer too large for a float is not."""
+    """Returns True if ``value`` is a finite real number; an integer too large for a float is not."""
     if type(value) is float:  # most are
         return math.isfinite(value)
     try:
@@ -139,8 +139,8 @@ def read_count(value: Any, name: str, of: str = "bodies", least: int = 0) -> int
 
 
 class Extent(NamedTuple):
-    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", and whether bodies have to be
-    within its walls."""
+    """An arena, (width, height), its periodic axes, "", "x", "y" or "xy", and ``walled``, True if bodies have
+    to be inside its walls."""
 
     sides: tuple[float, float]
     periodic: str
@@ -148,19 +148,19 @@ class Extent(NamedTuple):
 
     @property
     def periods(self) -> tuple[float, float]:
-        """The periods of the two axes; 0 for one that is not periodic."""
+        """The periods of the two axes; 0 for an axis that is not periodic."""
         width, height = self.sides
         return (width if "x" in self.periodic else 0.0, height if "y" in self.periodic else 0.0)
 
 
 def name_alone(text: str, table: str) -> str:
-    """Returns the text after "expected" for a name with options, whose place is in a table."""
+    """Returns the text after "expected" for a name with options, which belong into a table."""
     name, _, _ = text.partition(":")
-    return f"the name alone, {name!r}: what is behind the colon belongs in the table {table}"
+    return f"the name alone, {name!r}: the text after the colon belongs in the table {table}"
 
 
 def check_name(where: str, name: str, *kinds: PluginKind) -> list[Mistake]:
-    """Returns the mistake of naming what none of these kinds has. Imports the registry only then."""
+    """Returns the mistake of a name that none of these kinds has. Imports the registry only then."""
     from kinetile.plugin.registry import registry
 
     names: list[str] = []
@@ -182,8 +182,8 @@ def check_name(where: str, name: str, *kinds: PluginKind) -> list[Mistake]:
 
 
 def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: PluginKind) -> list[Mistake]:
-    """Returns the options that what has this name, of one of these kinds, does not have, those that it needs,
-    and why it cannot use the values of the others. ``where`` is the place of the options."""
+    """Returns the mistakes in options of the plugin with this name and one of these kinds: unknown options,
+    missing ones, and values that it cannot use. ``where`` is the place of the options."""
     from kinetile.plugin.calling import calling
     from kinetile.plugin.parameters import REQUIRED, parameters_of
     from kinetile.plugin.registry import registry
@@ -196,7 +196,7 @@ def option_mistakes(name: str, options: Mapping[str, Any], where: str, *kinds: P
             wanted = key_of(key, known, options[key])
             mistakes.append(Mistake(f"{where}.{key}", "no option of this name", wanted))
         lacking = [key for key in known if known[key] is REQUIRED and key not in options]
-        for key in () if mistakes else lacking:  # one that is misspelt is reported once
+        for key in () if mistakes else lacking:  # a misspelt option is reported once
             mistakes.append(Mistake(f"{where}.{key}", "nothing", "a value: it has no default"))
         options = {key: options[key] for key in options if key in known}
         if not lacking:

@@ -1,9 +1,9 @@
 """Commands: interventions in a running scene from outside, each at its time.
 
-They run in the order of their times, and at one tick of the clock in the given order. ``at`` is the exact
-time, as (epoch, tick, contacts): whole units of the scene's clock since its start, ticks of 2**-52 of one,
-and how many contacts of that very tick come before, mostly none; ``time`` is that, rounded. Bodies of the
-start are numbered from 0, and each inserted one has a new number, which is never reused.
+They run in the order of their times; commands of one tick of the clock run in the given order. ``at`` is the
+exact time, as (epoch, tick, contacts): whole units of the scene's clock since its start, ticks of 2**-52 of a
+unit, and the number of contacts of that tick that precede the command, mostly 0. ``time`` is ``at``, rounded.
+Bodies of the start are numbered from 0; each inserted one has a new number, which is never reused.
 """
 
 import math
@@ -30,7 +30,7 @@ from kinetile.scene.shapes import SEGMENTS, Shape, disc
 from kinetile.scene.values import VALUES, Value
 
 Called: TypeAlias = Any
-"""A body: its number, or until a scene has the command its name there."""
+"""A body: its number, or its name in the scene, until a scene has the command."""
 
 
 @constructed
@@ -46,10 +46,10 @@ class Turn(NamedTuple):
 @constructed
 class Insert(NamedTuple):
     """An insertion at ``time``, of a disc of some ``radius`` or of a ``shape``, which may be given by its
-    number in the scene's table; ``body`` is its number, -1 before it has one, and commands may call it by a
-    ``name`` instead; ``kind`` is by default the scene's first, and ``acceleration`` that of gravity. In a
-    scene with shapes it has a shape, and the radius of the circle that holds it. After a ``lifetime`` it is
-    removed: a scene has a ``Remove`` for that, unless it has another one before."""
+    number in the scene's table. ``body`` is the body's number, -1 before it has one; commands may use its
+    ``name`` instead. ``kind`` is by default the scene's first, and ``acceleration`` is by default gravity. In
+    a scene with shapes the body has a shape, and the radius of the circle that holds it. After a ``lifetime``
+    it is removed: the scene gets a ``Remove`` for that, unless it has an earlier one of this body."""
 
     time: float
     position: Coordinates
@@ -66,7 +66,7 @@ class Insert(NamedTuple):
 
     @property
     def reaches(self) -> tuple[float, float, float, float]:
-        """How far the body reaches to the left, right, bottom and top of its place (rule 6s)."""
+        """The reaches of the body: left, right, bottom and top, from its position (rule 6s)."""
         return self.shape.reaches if isinstance(self.shape, Shape) else (self.radius,) * 4
 
 
@@ -101,8 +101,8 @@ class SetKind(NamedTuple):
 
 @constructed
 class Move(NamedTuple):
-    """A change of one body's place: at ``time`` it is at ``position``, with the velocity that it has then,
-    as if it had gone there and come in one tick (rule 11m)."""
+    """A change of one body's place: at ``time`` it is at ``position``, with the velocity that it has then, as
+    if it were removed and inserted in one tick (rule 11m)."""
 
     body: Called
     time: float
@@ -114,17 +114,17 @@ Command: TypeAlias = Turn | Insert | Remove | Accelerate | SetKind | Move
 
 
 class Does(Flag):
-    """What a command does besides: it brings a body in, or takes one out (both stand in the kernel as well,
-    in ``kernel/loop/commands.py``); a body may be faster after it, at once or by falling from there."""
+    """Further effects of a command: it inserts a body or removes one (``kernel/loop/commands.py`` has both as
+    well); a body may be faster after it, at once or because it falls from there."""
 
     NO_MORE = 0
     BRINGS, TAKES, FASTER, FALLS = auto(), auto(), auto(), auto()
 
 
 class CommandKind(NamedTuple):
-    """What commands of a class are called: their ``code`` in the log, their ``word`` in files, the kind of
-    their ``event``, and in words one and many of them. And what they do: what they give to a body that is
-    there, by the key in files, in words and in form; and what they do besides."""
+    """The names of a class of commands: their ``code`` in the log, their ``word`` in files, the kind of their
+    ``event``, and the words for one and for many, ``said``. And their effects: ``gives``, the value that they
+    give to a present body, as key in files, in words and in form; and ``does``, further effects."""
 
     made: Any
     code: int
@@ -150,25 +150,25 @@ COMMAND_KINDS = (
     CommandKind(Insert, INSERTED, "insert", "insert", ("insertion", "insertions"), None, _COMES),
     CommandKind(Remove, REMOVED, "remove", "remove", ("removal", "removals"), None, Does.TAKES),
 )
-"""All kinds of commands: files, events, saved runs and engines go by this table. What they do to a body is in
-the kernel (``kernel/loop/commands.py``)."""
+"""All kinds of commands: files, events, saved runs and engines use this table. The kernel has their effects
+on bodies (``kernel/loop/commands.py``)."""
 
 
 def doing(what: Does) -> tuple[CommandKind, ...]:
-    """Returns the kinds of commands that do one of these."""
+    """Returns the kinds of commands with one of these effects."""
     return tuple(each for each in COMMAND_KINDS if each.does & what)
 
 
 OF_CODE = {each.code: each for each in COMMAND_KINDS}
 OF_CLASS = {each.made: each for each in COMMAND_KINDS}
 COME_OR_GO = doing(Does.BRINGS | Does.TAKES)
-"""Those by which bodies come or go."""
+"""The kinds of commands that insert or remove bodies."""
 
 _SHAPES = "a list of shapes to count in, shapes=[...] or [[shapes]]"
 
 
 def values_of(command: Command) -> dict[str, tuple[Value, Any]]:
-    """Returns the fields of a command that are given, without a shape, by names, and what each has to be."""
+    """Returns the given fields of a command, without a shape: names, the expected value, the given one."""
     new = isinstance(command, Insert)
     return {
         name: (VALUES["new body" if new and name == "body" else name], value)
@@ -180,9 +180,9 @@ def values_of(command: Command) -> dict[str, tuple[Value, Any]]:
 def called(
     commands: Sequence[tuple[str, Any]], names: Sequence[str | None], bodies: int, mistakes: list[Mistake]
 ) -> list[tuple[str, Any]]:
-    """Returns commands, each with its place, in which insertions have numbers, the next after those of the
-    start and all given ones, and in which bodies that are called by ``names``, or by those of insertions, go
-    by their numbers. Appends mistakes of names."""
+    """Returns commands, each with its place, with numbers instead of names. Insertions get the next numbers
+    after the bodies of the start and all given numbers; ``names``, and the names of insertions, become
+    numbers. Appends mistakes of names."""
     inserted = [at for at, (_, each) in enumerate(commands) if isinstance(each, Insert)]
     valid = [at for at in inserted if not VALUES["new body"].expected(commands[at][1].body)]
     free = max([bodies - 1, *(commands[at][1].body for at in valid)]) + 1
@@ -215,7 +215,7 @@ def _note_name(known: dict[str, int], name: Any, body: Any, where: str, mistakes
     if name is not None:
         wrong = VALUES["name"].mistakes(name, where)
         if not wrong and known.setdefault(name, body) != body:
-            wrong = [Mistake(where, shown(name), f"another name: it is that of body {known[name]}")]
+            wrong = [Mistake(where, shown(name), f"another name: it is the name of body {known[name]}")]
         mistakes += wrong
 
 
@@ -237,7 +237,7 @@ def end_of(new: Insert) -> Remove:
 
 
 def with_ends(commands: Iterable[tuple[str, Command]]) -> list[tuple[str, Command]]:
-    """Returns commands, each with its place, in which lifetimes are removals after their insertions."""
+    """Returns commands, each with its place, with removals after insertions instead of lifetimes."""
     found, known = list[tuple[str, Command]](), list(commands)
     gone = {each.body: each.time for _, each in known if isinstance(each, Remove)}
     for where, each in known:
@@ -250,7 +250,7 @@ def with_ends(commands: Iterable[tuple[str, Command]]) -> list[tuple[str, Comman
 
 
 def counted(commands: Iterable[Command]) -> str:
-    """Returns how many commands of each kind there are, in words; "none" if there are none."""
+    """Returns the number of commands of each kind, in words; "none" without commands."""
     counts = Counter(map(type, commands))
     many = ((counts[each.made], each.said) for each in COMMAND_KINDS)
     return ", ".join(f"{count:,} {said[count > 1]}" for count, said in many if count) or "none"
@@ -294,7 +294,7 @@ def with_shape(command: Any, shape: Shape | None, shaped: bool) -> Any:
 
 
 def check_command(command: Any, where: str, start: float | None, extent: Extent | None) -> list[Mistake]:
-    """Checks one command by itself; ``start`` and ``extent``, of the arena, are None if there are none."""
+    """Checks one command by itself; without a ``start`` or an ``extent`` of an arena, these are None."""
     if not isinstance(command, Command):
         *kinds, last = sorted(f"kinetile.{each.made.__name__}(...)" for each in COMMAND_KINDS)
         return [Mistake(where, shown(command), f"{', '.join(kinds)} or {last}")]
@@ -323,7 +323,7 @@ def check_turn(turn: Any, where: str, bodies: int, start: float | None) -> list[
 
 
 def check_move(position: Coordinates, where: str, extent: Extent) -> list[Mistake]:
-    """Checks where a body of whatever size is moved; that it has room is known when it moves."""
+    """Checks the new place of a moved body of any size; its room is checked when it moves."""
     for place, side, period in zip(position, extent.sides, extent.periods, strict=True):
         far = FARTHEST * period if period else math.inf
         low, high = (0.0, side) if extent.walled and not period else (-far, far)
@@ -350,7 +350,7 @@ def _check_place(command: Insert, where: str, extent: Extent) -> list[Mistake]:
 
 def check_presence(commands: Sequence[Command], places: Sequence[str], bodies: int) -> list[Mistake]:
     """Follows the present bodies, command by command in their order: no body is inserted or removed twice,
-    and only present bodies turn. ``places`` are those of the commands in the input."""
+    and only present bodies turn. ``places`` are the places of the commands in the input."""
     mistakes = []
     there, gone = set(range(bodies)), set[int]()
     for command, where in zip(commands, places, strict=True):

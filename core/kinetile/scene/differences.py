@@ -1,6 +1,6 @@
-"""Differences of convex cores, in rationals: where the reference point of a second body is d from that of the
-first, the two touch if d is as far from the *difference* of their cores, the hull of all corners of the first
-less all of the second, as the sum of their radii. So the question is that of a point and one polygon."""
+"""Differences of convex cores, in rationals. The *difference* of two cores is the hull of all corners of the
+first minus all corners of the second. Let d be the second reference point minus the first: the bodies touch
+if d is as far from the difference as the sum of their radii. So the test needs a point and one polygon."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -15,8 +15,8 @@ Vector = tuple[Number, Number]
 
 @lru_cache(maxsize=4096)
 def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[Exact, ...]:
-    """Returns the corners of the difference of two cores, exactly: anticlockwise from the one with the
-    smallest x, then y, no three in one line; two are a line, one is a point."""
+    """Returns the exact corners of the difference of two cores: anticlockwise from the one with the smallest
+    x, then y, no three in one line; two are a line, one is a point."""
     unit = max(c.as_integer_ratio()[1] for core in (one, other) for place in core for c in place)
     first, second = ([(int(x * unit), int(y * unit)) for x, y in map(exact, each)] for each in (one, other))
     places = sorted({less(a, b) for a in first for b in second})  # whole numbers: rationals take far longer
@@ -27,7 +27,7 @@ def core_difference(one: tuple[Place, ...], other: tuple[Place, ...]) -> tuple[E
 def _hull(places: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Returns the corners of the hull of several places in order, as ``core_difference`` has them."""
     hull: list[tuple[int, int]] = []
-    for side in (places, places[::-1]):  # what is below the line from the first to the last, then above
+    for side in (places, places[::-1]):  # below the line from the first to the last, then above
         first = len(hull)
         for place in side:
             while len(hull) > first + 1 and cross(less(hull[-1], hull[-2]), less(place, hull[-1])) <= 0:
@@ -38,7 +38,7 @@ def _hull(places: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def is_closer(corners: Sequence[Exact], place: Exact, distance: Fraction) -> bool:
-    """Whether a place is closer to a convex polygon than a distance; below 0: deeper inside than that."""
+    """Returns True if a place is closer to a convex polygon than a distance; below 0: deeper inside."""
     within = distance * distance
     inside = len(corners) > 2
     for k, corner in enumerate(corners):
@@ -57,12 +57,12 @@ def exact(place: Place) -> Exact:
 
 
 def less(one: Vector[Number], other: Vector[Number]) -> Vector[Number]:
-    """Returns the way from the second place to the first."""
+    """Returns the vector from the second place to the first."""
     return one[0] - other[0], one[1] - other[1]
 
 
 def cross(one: Vector[Number], other: Vector[Number]) -> Number:
-    """Returns the cross product: above 0 where the second vector is to the left of the first."""
+    """Returns the cross product: above 0 if the second vector is to the left of the first."""
     return one[0] * other[1] - one[1] * other[0]
 
 

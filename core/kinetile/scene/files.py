@@ -2,8 +2,8 @@
 
 A file lists its bodies, each with its turns, or names a recipe and its parameters, and may have settings of
 the run. Reading has three steps: the syntax, the keys and the types (``kinetile.scene.schema``), and the
-values (``kinetile.scene.reader``); what fails one step is left out of the next, so every mistake is reported
-at once. Floats are written by ``repr``, which reads back as the same bits. A file is replaced in one step.
+values (``kinetile.scene.reader``). Each step leaves out the faults of the step before, so every mistake is
+reported at once. Floats, written by ``repr``, are read back bit for bit. A file is replaced in one step.
 """
 
 import json
@@ -52,7 +52,7 @@ def load_scene(path: str | os.PathLike[str], *, max_bytes: int = MOST_BYTES) -> 
 
 
 def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -> Scene:
-    """Reads a scene from TOML text; ``source`` is what messages call it. Raises SceneError. If not
+    """Reads a scene from TOML text; ``source`` is its name in messages. Raises SceneError. Without
     ``look_up``, phases and responses may have any name and options, and a recipe is refused."""
     file = _File(text.removeprefix("\ufeff"), source, look_up)
     return file.scene_of_recipe() if "recipe" in file.tables else file.scene_of_bodies()
@@ -60,15 +60,15 @@ def loads_scene(text: str, source: str | None = None, *, look_up: bool = True) -
 
 @answering
 def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Writes a scene to a TOML file, from which ``load_scene`` makes an equal one; a link is followed. Raises
-    OSError if it cannot be written (the old file stays) or is not regular, and BadOption for an option that
-    TOML has no form for."""
+    """Writes a scene to a TOML file that ``load_scene`` reads as an equal scene; a link is followed. Raises
+    OSError if it cannot be written (the old file stays) or is not regular, and BadOption for an option
+    without a form in TOML."""
     write_file(path, dumps_scene(scene))
 
 
 @answering
 def dumps_scene(scene: Scene) -> str:
-    """Returns a scene as TOML text. Raises BadOption for an option that TOML has no form for."""
+    """Returns a scene as TOML text. Raises BadOption for an option without a form in TOML."""
     settings = scene.settings
     lines = []
     if "recipe" in scene.origin:
@@ -111,7 +111,7 @@ def dumps_scene(scene: Scene) -> str:
 
 
 def _written_bodies(scene: Scene, turns: Iterable[Turn]) -> list[str]:
-    """Returns the lines of the bodies, each with those of its turns."""
+    """Returns the lines of the bodies, each with the lines of its turns."""
     lines: list[str] = []
     turns_of: dict[int, list[Turn]] = {}
     for turn in turns:
@@ -275,11 +275,11 @@ class _File:
         return default if (key,) in self.faults else self.tables.get(key, default)
 
     def _whole(self, rows: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        """Yields those bodies that are tables, with their numbers."""
+        """Yields the bodies that are tables, with their numbers."""
         return ((i, row) for i, row in enumerate(rows) if ("bodies", i) not in self.faults)
 
     def _rows(self, key: str) -> Iterator[tuple[int, Any]]:
-        """Yields the tables of a list in which everything has the right form, with their numbers."""
+        """Yields the tables of a list that have the right form throughout, with their numbers."""
         faulty = {place[1] for place in self.faults if place[0] == key and len(place) > 1}
         return ((k, row) for k, row in enumerate(self._usable(key, ())) if k not in faulty)
 
@@ -324,7 +324,7 @@ class _File:
         return Settings(broad, narrow_phases, options, self._usable("until"), self._usable("end"))
 
     def _columns(self, rows: Sequence[Any]) -> tuple[dict[str, Any], dict[str, Flags]]:
-        """Returns the arrays of the bodies, and of each the values that are unreadable: they are NaN."""
+        """Returns the arrays of the bodies, and the flags of unreadable values of each, which are NaN."""
         columns: dict[str, Any] = {}
         unread: dict[str, Flags] = {}
         none = (np.nan, np.nan)
@@ -346,7 +346,7 @@ class _File:
         return kept if len(kept) == len(self._usable("shapes", ())) else None
 
     def _shape_numbers(self, rows: Sequence[Any]) -> tuple[Integers, Flags]:
-        """Returns the number of each body's shape, and of which bodies it is unreadable."""
+        """Returns the number of each body's shape, and True for bodies with an unreadable one."""
         index, unread = np.zeros(len(rows), dtype=np.int64), np.ones(len(rows), dtype=np.bool_)
         for i, row in self._whole(rows):
             place: KeyPath = ("bodies", i, "shape")
@@ -389,7 +389,7 @@ class _File:
         return found
 
     def _commands(self) -> list[tuple[str, Command]]:
-        """Returns the file's commands, with places; appends a mistake for each without just one action."""
+        """Returns the file's commands, with places; appends a mistake for each without exactly one action."""
         found: list[tuple[str, Command]] = []
         for k, row in self._rows("commands"):
             where = f"commands[{k}]"
@@ -419,7 +419,7 @@ class _File:
                 [] if beside else self._unfit(name, options, f"{where}.options", "response")
             )
             response = Response(name, **options)
-            response.found = True  # or its mistake is reported here, in the place of the file
+            response.found = True  # or its mistake is reported here, with its place in the file
             if "between" in row:
                 found.append(Rule(f"{where}.between", row["between"], response))
             elif not any(each.startswith(f"{where}.") for each in odd):
@@ -436,7 +436,7 @@ def _quoted(text: str) -> str:
 
 
 def _toml(value: Any, where: str = "") -> str:
-    """Returns a value as TOML; raises BadOption if it has no form there."""
+    """Returns a value as TOML; raises BadOption if TOML has no form for it."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, bool):
@@ -477,7 +477,7 @@ def _command(row: Mapping[str, Any]) -> Command:
 
 
 def _written_commands(scene: Scene) -> list[str]:
-    """Returns the lines for a scene's commands; none if all are turns that are written with their bodies."""
+    """Returns the lines for a scene's commands; [] if all are turns that are written with their bodies."""
     turns = [each for each in scene.commands if isinstance(each, Turn) and each.at is None]
     sorted_turns = sorted(turns, key=lambda turn: (turn.time, turn.body))  # as they are read with bodies
     if len(turns) == len(scene.commands) and turns == sorted_turns:

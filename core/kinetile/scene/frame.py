@@ -1,4 +1,4 @@
-"""Checks of what is around the bodies of a scene: arena, periods, gravity, start and end of its clock."""
+"""Checks of the surroundings of a scene's bodies: arena, periods, gravity, start and end of its clock."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def check_frame(arena: object, start: Any, until: Any) -> list[Mistake]:
 
 
 def check_time(time: float, where: str, start: Any) -> list[Mistake]:
-    """Checks a time against the start, if that is known and one."""
+    """Checks a time against the start, if that is known and valid."""
     if not is_finite(start) or time >= start:
         return []
     return [Mistake(where, shown(time), f"a time not before the start, {shown(start)}")]
@@ -40,7 +40,7 @@ def check_pull(where: str, given: Any, periodic: str) -> list[Mistake]:
 
 
 def check_pace(start: float, unit: float) -> list[Mistake]:
-    """Checks a scene's start against its time unit, which is less than 1 where bodies are fast."""
+    """Checks a scene's start against its time unit, which is less than 1 if bodies are fast."""
     if abs(start) <= FARTHEST_START * unit:
         return []
     least = f"a start at most {FARTHEST_START * unit:.6g} from 0"

@@ -1,5 +1,5 @@
-"""The reader of scenes: from arguments, or from what a file has in their places, to the fields of a scene.
-Each check runs here, once for each scene. What a file has in the wrong form is not reported again."""
+"""The reader of scenes: from arguments, or the corresponding values of a file, to the fields of a scene. Each
+check runs here, once for each scene. Values of a wrong form in a file are not reported again."""
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -38,7 +38,7 @@ from kinetile.scene.values import VALUES
 
 
 class Given(NamedTuple):
-    """What a scene is made from: arguments of ``Scene``, obstacles, and ``until`` as a file has it."""
+    """The inputs of a scene: arguments of ``Scene``, obstacles, and ``until`` as a file has it."""
 
     position: Any
     velocity: Any
@@ -65,12 +65,12 @@ class Given(NamedTuple):
 
 
 class FilePlaces(NamedTuple):
-    """Where values are in a file, ``source``, and what has been found wrong there before they are read.
+    """The places of values in a file, ``source``, and the faults found there before they are read.
 
-    ``mistakes`` were found before; ``faults`` are places of values that are missing or of a wrong type, and
-    have been reported; ``unread`` has for the name of a column, (n,), the bodies without such a value in the
-    right form; ``complete`` is whether all bodies, commands and kinds could be read; ``turns`` and
-    ``commands`` are the place of each, the latter with the word of its action.
+    ``mistakes`` were found before; ``faults`` are places of missing values and of wrong types, which have
+    been reported; ``unread`` has, by the name of a column, (n,), True for bodies without such a value in the
+    right form; ``complete`` is True if all bodies, commands and kinds could be read; ``turns`` and
+    ``commands`` are the places of these, the latter with the word of each action.
     """
 
     source: str | None = None
@@ -82,7 +82,7 @@ class FilePlaces(NamedTuple):
     commands: Mapping[str, str] | None = None
 
     def written(self, mistake: Mistake) -> Mistake:
-        """Returns a mistake with its place in the file, where a body goes by the word of its action."""
+        """Returns a mistake with its place in the file, with the word of the action instead of "body"."""
         where, (command, _, field) = mistake.where, mistake.where.rpartition(".")
         action = (self.commands or {}).get(command, "")
         if action == "insert" and field not in ("time", "at"):
@@ -99,13 +99,13 @@ NO_FILE = FilePlaces()
 
 
 def fill(scene: Any, given: Given, places: FilePlaces) -> None:
-    """Gives a scene its values; SceneError with every mistake, and for what its responses refuse."""
+    """Gives a scene its values; SceneError with every mistake, and for refusals of its responses."""
     vars(scene).update(read_scene(given, places))
     _raise(refusals(scene), places)
 
 
 def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
-    """Returns the values of a scene's fields; raises SceneError with every mistake, those of the file too."""
+    """Returns the values of a scene's fields; raises SceneError with every mistake, also of the file."""
     mistakes: list[Mistake] = []
     settings = _read_settings(given, mistakes)
     commands = _listed("commands", given.commands, "a sequence of commands", places.commands, mistakes)
@@ -133,7 +133,7 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
     mistakes += check_settings(settings)
     _raise(mistakes, places)
 
-    # Each value is right by itself. What follows needs the clock, and so all of them.
+    # Each value is right by itself. The rest needs the clock, and so all of them.
     start = float(given.start)
     unit = None if given.unit is None else float(given.unit)
     first = rules.kinds[0] if rules.kinds != (0,) else None
@@ -166,8 +166,8 @@ def read_scene(given: Given, places: FilePlaces) -> dict[str, Any]:
 
 
 class _Around(NamedTuple):
-    """What is around bodies, as far as it is right: the ``sides`` of the arena, which is ``periodic`` along
-    these axes, and both together; when the scene starts; and whether it is known where walls are."""
+    """The surroundings of bodies, as far as they are right: the ``sides`` of the arena, its ``periodic``
+    axes, both together; the start of the scene; and True if the positions of walls are known."""
 
     sides: tuple[float, float] | None
     periodic: str
@@ -190,7 +190,7 @@ def _read_around(given: Given, until: Any, mistakes: list[Mistake]) -> _Around:
 
 
 class _Pulls(NamedTuple):
-    """Accelerations: (n, 2) of each body; that of gravity; and the largest along x and y, of commands too."""
+    """Accelerations: (n, 2) of each body; gravity; and the largest along x and y, also of commands."""
 
     each: Floats
     gravity: tuple[float, float]
@@ -234,7 +234,7 @@ def _check_flights(
     around: _Around,
     until: Any,
 ) -> list[Mistake]:
-    """Returns mistakes of accelerated bodies: what the clock, or doubles, do not hold."""
+    """Returns mistakes of accelerated bodies: values that the clock, or doubles, cannot hold."""
     mistakes = _check_chords(bodies, commands, pull, clock.unit)
     if around.sides is None and until is not None and max(pull) * (until - clock.start) > LARGEST:
         right = f"an end by which bodies are no faster than {LARGEST:.1e}"
@@ -243,7 +243,7 @@ def _check_flights(
 
 
 def _arrays_of(bodies: Bodies, pulls: Floats, rules: SceneRules) -> dict[str, Any]:
-    """Returns the fields that say something of each body, arrays read-only, with the tables they name."""
+    """Returns the fields with a value of each body, as read-only arrays, with the tables that they index."""
     table = bodies.table or ShapeTable((), np.full(len(bodies), -1), np.zeros(len(bodies), dtype=np.bool_))
     arrays = {name: getattr(bodies, name) for name in BODY_COLUMNS}
     arrays |= {"shape": table.index, "acceleration": pulls}
@@ -284,8 +284,8 @@ def _listed_shapes(given: Given) -> tuple[Shape, ...]:
 def _read_bodies(
     given: Given, unread: Mapping[str, Flags], coming: Sequence[Shape], mistakes: list[Mistake]
 ) -> Bodies:
-    """Returns the bodies, and the obstacles after them; appends what makes their columns unreadable. The
-    table of shapes has those of bodies that are still to come as well."""
+    """Returns the bodies, and the obstacles after them; appends mistakes of unreadable columns. The table of
+    shapes has the shapes of bodies that are still to be inserted as well."""
     listed = _listed_shapes(given)
     radii = given.radius is not None and not are_given(given.shape, ())
     shaped = are_given(given.shape, given.shapes) and not (radii and listed)
@@ -325,7 +325,7 @@ def _with_obstacles(bodies: Bodies, obstacles: Sequence[Obstacle], listed: Seque
 def _listed(
     name: str, given: Any, right: str, places: Iterable[str] | None, mistakes: list[Mistake]
 ) -> list[tuple[str, Any]]:
-    """Returns the values of a sequence, each with its place; none, and a mistake, for anything else."""
+    """Returns the values of a sequence, each with its place; for anything else [], and a mistake."""
     try:
         values = list(given)
     except TypeError:
@@ -335,7 +335,7 @@ def _listed(
 
 
 def _read_names(given: Given, bodies: int, mistakes: list[Mistake]) -> tuple[str | None, ...]:
-    """Returns the name of each body, or () if none has one; obstacles come after those that are named."""
+    """Returns the name of each body, or () without names; obstacles follow the named bodies."""
     several = isinstance(given.names, Sequence) and not isinstance(given.names, str)
     names = list(given.names) if several else []
     unnamed = given.names is None or (several and not names)
@@ -364,7 +364,7 @@ def _read_rules(
 def _read_gravity(
     given: Given, periodic: str, walls_known: bool, mistakes: list[Mistake]
 ) -> tuple[float, float]:
-    """Returns the acceleration of all bodies of finite mass that have none of their own."""
+    """Returns the acceleration of all bodies of finite mass without one of their own."""
     if given.gravity is None:
         return (0.0, 0.0)
     wrong = VALUES["gravity"].mistakes(given.gravity, "gravity")
@@ -383,7 +383,7 @@ def pull_of(command: Insert | Accelerate, gravity: tuple[float, float]) -> tuple
 
 
 def _pulling(commands: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
-    """Returns those commands that say an acceleration, and one that is right by itself."""
+    """Returns the commands with an acceleration that is right by itself."""
     wrong = VALUES["acceleration"].expected
     said = (pair for pair in commands if isinstance(pair[1], Insert | Accelerate))
     return [pair for pair in said if pair[1].acceleration is not None and not wrong(pair[1].acceleration)]
@@ -415,7 +415,7 @@ def _largest(
     pulls: Floats, pulling: Sequence[tuple[str, Any]], gravity: tuple[float, float]
 ) -> tuple[float, float]:
     """Returns the largest accelerations, along x and y, of gravity and of any body (rule 3a)."""
-    coming = [pull_of(each, gravity) for _, each in pulling]  # those of others are gravity, or none
+    coming = [pull_of(each, gravity) for _, each in pulling]  # others have gravity, or no acceleration
     x, y = np.abs(np.concatenate([pulls, [gravity, *coming]])).max(axis=0).tolist()
     return x, y
 
@@ -441,7 +441,7 @@ def _check_chords(
 def unit_of(
     bodies: Bodies, sides: tuple[float, float] | None, commands: Sequence[Command], pull: tuple[float, float]
 ) -> float:
-    """Returns the power of two, at most 1, in which the clock of a scene counts unless it says another."""
+    """Returns the default unit of a scene's clock, a power of two, at most 1."""
     if len(bodies) == 0 and sides is None:
         return 1.0
     squares = [float((bodies.velocity**2).sum(axis=1).max())] if len(bodies) else []

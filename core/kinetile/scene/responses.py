@@ -1,15 +1,15 @@
 """Responses: the outcome of a contact, by kinds of bodies.
 
-Each body is of a *kind*, a name or a small whole number; one without is of the first kind that the scene
-declares, or else of kind 0. A table gives a response by name for two kinds, or a kind and a wall
-(``"wall"``); ``"*"`` means every kind. A rule for exactly the two comes first, then one with one ``"*"``,
-then ``("*", "*")``, which is not about walls; contacts without a rule are elastic. One response in the place
-of a table is for all bodies and for the walls (``Response.for_all``). The kinds of a scene follow from its
-bodies and insertions, or it declares them. A rule for an unknown kind is a mistake.
+Each body has a *kind*, a name or a small whole number; the default is the first kind that the scene declares,
+or else kind 0. A table gives a response by name for two kinds, or for a kind and a wall (``"wall"``); ``"*"``
+means every kind. A rule for exactly the two kinds precedes a rule with one ``"*"``, which precedes ``("*",
+"*")``, which does not apply to walls; contacts without a rule are elastic. One response instead of a table is
+for all bodies and for the walls (``Response.for_all``). A scene declares its kinds, or they follow from its
+bodies and insertions. A rule for an unknown kind is a mistake.
 
-``elastic`` and ``pass`` are the kernel's own. ``pass`` changes no plan: the contact is the beginning of a
-passing, which ends when the two part or one of them is removed; walls cannot be passed. All others are
-plugins (``kinetile.plugin.specs.ResponseSpec``).
+``elastic`` and ``pass`` are the kernel's own. ``pass`` changes no plan: the contact begins a passing, which
+ends when the two part or one of them is removed; bodies cannot pass walls. All other responses are plugins
+(``kinetile.plugin.specs.ResponseSpec``).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -44,7 +44,7 @@ _WANTED = "the name of a response, or kinetile.Response(...)"
 
 class Response:
     """A response by name, with its options: ``Response("restitution", e=0.9, contact_time=1e-6)``. ``found``
-    is set once it is known that it is registered, with these options, or for a reader that runs nothing."""
+    is True after a check that it is registered with these options, or for a reader that runs nothing."""
 
     found = False
 
@@ -54,12 +54,12 @@ class Response:
 
     @property
     def passes(self) -> bool:
-        """Whether it is that of bodies that pass through each other; False for a name that is no text."""
+        """True if bodies with it pass through each other; False for a name that is not text."""
         return isinstance(self.name, str) and self.name == PASS
 
     @property
     def for_all(self) -> "dict[Pair, Response]":
-        """The rules that one response for a scene stands for: all bodies, and walls unless it is ``pass``."""
+        """The rules of one response for a whole scene: all bodies, and walls unless it is ``pass``."""
         return dict.fromkeys([(ANY_KIND, ANY_KIND), (ANY_KIND, WALL_KIND)][: 1 if self.passes else 2], self)
 
     def __eq__(self, other: object) -> bool:
@@ -81,8 +81,8 @@ Kinds: TypeAlias = Kind | Sequence[str] | Sequence[int] | Sequence[Kind | None] 
 """Kinds of bodies as an argument: one for each, None for the scene's first, or one for all."""
 
 Responses: TypeAlias = Answer | Mapping[tuple[Any, Any], Answer] | tuple[tuple[Pair, Response], ...]
-"""Responses as an argument: by two kinds, one for all bodies and walls, or as a scene has them. The keys are
-pairs of kinds; a mapping is of one type of keys, and there are names, numbers and mixed pairs."""
+"""Responses as an argument: by pairs of kinds, one for all bodies and walls, or as a scene has them. Three
+types of mappings, since a mapping has one type of keys: pairs of names, of numbers, and mixed pairs."""
 
 
 class Rule(NamedTuple):
@@ -94,8 +94,8 @@ class Rule(NamedTuple):
 
 
 class SceneRules(NamedTuple):
-    """Rules of a scene about ``kinds``: (n,) the ``kind`` of each body as its place there, two kinds and a
-    response each, and (kinds, kinds + 1) which are ``passing`` through each other; none through a wall."""
+    """Rules of a scene about ``kinds``: ``kind``, (n,), the index of each body's kind; the responses of pairs
+    of kinds; ``passing``, (kinds, kinds + 1), True if two kinds pass through each other, False for walls."""
 
     kinds: tuple[Kind, ...]
     kind: Integers
@@ -116,16 +116,16 @@ def read_rules(
     """Returns the rules of a scene about kinds; appends their mistakes.
 
     Args:
-        kind: a kind for all bodies, or a sequence with one for each; None is the first of the scene.
+        kind: a kind for all bodies, or a sequence with one for each; None is the scene's first kind.
         responses: the response for each pair of kinds, or a tuple of ``Rule``.
         bodies: the number of bodies at the start.
-        coming: the place in the input, and the kind, of each insertion and each change of a kind, and whether
-            it is an insertion; None is the first of the scene.
+        coming: for each insertion and each change of a kind, its place in the input, its kind (None is the
+            scene's first), and True if it is an insertion.
         mistakes: a list to append mistakes to.
         declared: all kinds; None if they follow from the bodies.
-        complete: whether these are all bodies; else no rule is reported as unused.
-        fixed: which bodies, and commands of ``coming``, are of those that never meet each other; () where
-            all meet. Insertions alone make no rule unused: a recording has those by hand.
+        complete: True if these are all bodies; else no rule is reported as unused.
+        fixed: True for bodies, and commands of ``coming``, that never meet each other; () if all meet. Rules
+            for inserted bodies alone are not unused: a recording has insertions by hand.
     """
     places: dict[Pair, str] = {}
     rules = _read_responses(responses, places, mistakes)
@@ -159,8 +159,8 @@ def read_rules(
 def kinds_that_follow(
     each: Iterable[Kind], coming: Iterable[tuple[Kind, bool]], rules: Iterable[tuple[Pair, Response]]
 ) -> tuple[Kind, ...]:
-    """Returns the kinds of a scene that declares none, as they appear: in bodies, or else in rules. Those of
-    ``coming`` are of new bodies (True), or of changes, which count where a rule names them."""
+    """Returns the kinds of a scene without declared kinds, as they appear: in bodies, or else in rules. Kinds
+    in ``coming`` are of new bodies (True), or of changes, which count if a rule names them."""
     named = dict.fromkeys(name for pair, _ in rules for name in pair if is_kind(name))
     there = dict.fromkeys([*each, *(name for name, new in coming if new or name in named)])
     return tuple(there) or tuple(named) or (0,)
@@ -178,8 +178,8 @@ def no_kind(name: Any, kinds: Iterable[Kind]) -> str:
 
 
 def find_kind(value: Any, kinds: Sequence[Kind], where: str, told: Sequence[Kind] | None = None) -> Kind:
-    """Returns the kind that a value equals, of whatever class it is; True and False are none. ValueError for
-    a value that equals none of them, with its place, and with the kinds that are to be ``told``."""
+    """Returns the kind that a value of any class equals; True and False are not kinds. ValueError for a value
+    that equals no kind, with its place, and with the kinds in ``told``."""
     plain = value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
     try:
         found = None if isinstance(plain, bool) else dict(zip(kinds, kinds, strict=True)).get(plain)
@@ -191,8 +191,8 @@ def find_kind(value: Any, kinds: Sequence[Kind], where: str, told: Sequence[Kind
 
 
 def _unusable(where: str, response: Response) -> list[Mistake]:
-    """Returns the mistake of naming a response that no plugin provides, or those of its options; without any,
-    marks it as found: a scene can then be read where its plugin is not installed."""
+    """Returns the mistake of a response that no plugin provides, or the mistakes of its options; without any,
+    marks it as found: then processes without its plugin can read the scene."""
     if not isinstance(response.name, str):
         return [Mistake(where, shown(response), _WANTED)]
     if response.found or (response.name in (ELASTIC, PASS) and not response.options):
@@ -309,7 +309,7 @@ def _ordered(a: Kind, b: Kind) -> Pair:
 
 
 def refusals(scene: Any) -> list[Mistake]:
-    """Returns what responses of a scene refuse in it; one that is not installed here is for who runs it."""
+    """Returns the refusals of a scene by its responses, except responses that are not installed here."""
     found: dict[str, Mistake] = {}
     for pair, response in scene.responses:
         if response.name not in (ELASTIC, PASS):
@@ -322,20 +322,20 @@ def refusals(scene: Any) -> list[Mistake]:
             except Refused as error:
                 mistake = Mistake(f"responses[{pair!r}]", str(response), str(error))
                 found.setdefault(repr(response), mistake)
-            except KinetileError:  # a run says it, where it is one
+            except KinetileError:  # a run raises it
                 continue
     return [*found.values()]
 
 
 def settles(response: Response) -> bool:
-    """Whether bodies settle by a response, to rest on what they meet: it has an option ``settle``."""
+    """Returns True if a response lets bodies settle on a support: it has an option ``settle``."""
     return response.options.get("settle") is not None
 
 
 def table(
     kinds: Sequence[Kind], rules: Iterable[tuple[Pair, Response]], mistakes: list[Mistake] | None = None
 ) -> list[list[Response]]:
-    """Returns the response of each two kinds, and a kind and a wall (last); appends rules in conflict."""
+    """Returns the response of each two kinds, and of a kind and a wall (last); appends rules in conflict."""
     message = dict(rules)
     elastic = Response(ELASTIC)
     usual, walls = message.get((ANY_KIND, ANY_KIND), elastic), message.get((ANY_KIND, WALL_KIND), elastic)

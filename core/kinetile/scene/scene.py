@@ -1,6 +1,6 @@
 """Scene: bodies with positions and velocities, the arena around them, and the commands of the run. A scene is
-a value: its arrays are its own read-only copies, it is checked in full when it is made, and two are equal
-when they hold the same bits. It is made from arrays (here), by ``make_scene`` or by ``load_scene``."""
+a value: its arrays are its own read-only copies, its constructor checks all of it, and two scenes are equal
+if they hold the same bits. Arrays (here), ``make_scene`` and ``load_scene`` make scenes."""
 
 from __future__ import annotations
 
@@ -39,36 +39,36 @@ class Scene:
 
     ``position`` and ``velocity`` are (n, 2); ``radius`` and ``mass`` are (n,), or one number for all; all are
     kept as read-only arrays of float64. Bodies of other shapes, which do not rotate, have ``shapes``, a list,
-    and ``shape`` in the place of ``radius``: (n,) the index of each body's shape, or one for all, or one
-    ``Shape`` for all. Then ``radius`` is the circle around a body's position that holds it. The list has the
-    shapes of inserted bodies as well, and may stand beside ``radius``, where they are inserted among discs.
-    If all are discs, the scene is the one that ``radius`` makes: ``shapes`` is empty, and ``shape`` is -1.
+    and ``shape`` instead of ``radius``: (n,) the index of each body's shape, or one for all, or one ``Shape``
+    for all. Then ``radius`` is the radius of the circle around a body's position that holds it. The list also
+    has the shapes of inserted bodies; a scene of discs may have it beside ``radius``, for such insertions. If
+    all are discs, the scene is the one that ``radius`` makes: ``shapes`` is empty, and ``shape`` is -1.
 
     ``arena`` is (width, height), for walls around [0, width] x [0, height], or None for no walls.
     ``periodic`` names the axes, "x", "y" or "xy", along which the arena has no walls but repeats itself: the
     width or the height is a period, wider than each disc, and places may be anywhere. ``commands`` (``Turn``,
-    ``Insert``, ``Remove``) hold absolute times, and are kept sorted by time, those of one tick as they are
-    given; ``turns`` may be given apart, then those of one time are sorted by body and come before other
+    ``Insert``, ``Remove``) hold absolute times, and are kept sorted by time; commands of one tick keep the
+    given order. If ``turns`` are given separately, turns of one time are sorted by body and precede other
     commands. ``unit`` is the power of two in which the clock counts; None: it follows from the speeds.
-    ``time_unit`` is the one in which it does (``kinetile.kernel.clock``). ``acceleration`` is
-    (n, 2), or one for all bodies of finite mass, and ``gravity``, (gx, gy), that of those which have none of
-    their own (NaN), of discs, with walls at the ends of the axes along which they pull, or without an arena
-    up to the end of the scene; bodies of infinite mass have none. ``pull`` has the largest, along x and y, of
-    those of all bodies, and ``uniform`` is whether all have one and keep it; where bodies may be held by
-    supports, ``resting``, they do not.
-    ``start`` is the time of the given positions. ``kind`` is the kind of each body, or one for all, and
-    ``responses`` are the responses of pairs of kinds, or one for bodies and walls
-    (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies, present or inserted later; by default
-    they follow from the bodies and from the insertions. ``kind_numbers`` is (n,) the place of each body's
-    kind in ``kinds``. ``settings`` are defaults of a run; ``origin``, not compared, is the source of the
-    scene and the contacts of a recording. ``names`` has a name, or None, for each body, for commands, as
-    those of insertions: ``numbers`` has the number of each.
+    ``time_unit`` is the unit in use (``kinetile.kernel.clock``). ``acceleration`` is (n, 2), or one for all
+    bodies of finite mass; ``gravity``, (gx, gy), is the acceleration of bodies without one of their own
+    (NaN). Both need discs, with walls at the ends of the axes along which they pull, or without an arena up
+    to the end of the scene; bodies of infinite mass are not accelerated. ``pull`` has the largest
+    accelerations of all bodies, along x and y. ``uniform`` is True if all bodies have one acceleration and
+    keep it; they do not keep it if supports may hold them (``resting``). ``start`` is the time of the given
+    positions. ``kind`` is the kind of each body, or one for all, and ``responses`` are the responses of pairs
+    of kinds, or one for bodies and walls (``kinetile.scene.responses``). ``kinds`` are all kinds of bodies,
+    present or inserted later; by default they follow from the bodies and from the insertions.
+    ``kind_numbers`` is (n,) the place of each body's kind in ``kinds``. ``settings`` are defaults of a run;
+    ``origin``, not compared, is the source of the scene and the contacts of a recording. ``names`` has a
+    name, or None, of each body, which commands can use, as the names of insertions; ``numbers`` has the
+    number of each name.
 
-    Raises SceneError, with every mistake, unless all numbers are finite, radii and masses greater than 0,
-    each body is inside the arena and no two overlap, except those that pass through each other (touching is
+    Raises SceneError, with every mistake, unless all numbers are finite, radii and masses are greater than 0,
+    each body is inside the arena and no two overlap, except two that pass through each other (touching is
     allowed; the tolerance is 1e-12 of the radius, or of the sum of the two radii). A body whose mass is
-    ``math.inf`` is *immovable*: walls reflect it, bodies of finite mass do not change its motion, and two
-    immovable ones bounce like two equal masses, but never meet in a scene with shapes. Radii, other masses
+    ``math.inf`` is *immovable*: walls reflect it, and bodies of finite mass do not change its motion. Two
+    immovable bodies bounce like two equal masses, but never meet in a scene with shapes. Radii, other masses
     and the arena's sides are from 2**-200 to 2**200, coordinates and speeds at most 2**200, so that no
     product of them over- or underflows.
     """
@@ -158,9 +158,9 @@ class Scene:
         and without ``origin``. Raises SceneError as the constructor does, and TypeError for an unknown
         argument.
 
-        ``turns`` take the place of the turns alone, ``commands`` that of all commands, and ``shape`` or
-        ``shapes`` that of radii; radii take that of shapes only beside ``shape=None, shapes=()``. Kinds that
-        followed from bodies and commands follow again, declared ones stay, unless ``kinds`` are given.
+        ``turns`` replace the turns alone, ``commands`` replace all commands, and ``shape`` or ``shapes``
+        replace radii; radii replace shapes only beside ``shape=None, shapes=()``. Kinds that followed from
+        bodies and commands follow again; declared kinds stay, unless ``kinds`` are given.
         """
         given = arguments_of(self)
         known = [each for each in given._fields if each not in ("obstacles", "until")]
@@ -177,17 +177,17 @@ class Scene:
 
     @property
     def periods(self) -> tuple[float, float]:
-        """The periods of the two axes; 0 for one that is not periodic."""
+        """The periods of the two axes; 0 for an axis that is not periodic."""
         return (0.0, 0.0) if self.arena is None else Extent(self.arena, self.periodic).periods
 
     @property
     def accelerated(self) -> bool:
-        """Whether some bodies are accelerated, so that their plans are bent."""
+        """True if some bodies are accelerated: their plans are parabolas."""
         return any(self.pull)
 
     @property
     def own_acceleration(self) -> Floats | None:
-        """(n, 2) the accelerations that bodies have of their own, NaN for those without one; None: none."""
+        """(n, 2) the own accelerations of bodies, NaN for a body without one; None without any."""
         usual = np.where(np.isinf(self.mass)[:, None], 0.0, self.gravity)
         own = (self.acceleration != usual).any(axis=1)
         return np.where(own[:, None], self.acceleration, math.nan) if own.any() else None
@@ -195,7 +195,7 @@ class Scene:
     @property
     def movable_shapes(self) -> frozenset[int]:
         """The numbers of the shapes that bodies of finite mass have, or may have when they are inserted: all
-        but those that bodies of infinite mass alone have at the start."""
+        shapes except those that only bodies of infinite mass have at the start."""
         coming = {each.shape for each in self.commands if isinstance(each, Insert) and each.mass < math.inf}
         moving, there = set(self.shape[np.isfinite(self.mass)].tolist()), set(self.shape.tolist())
         return frozenset(
@@ -206,21 +206,21 @@ class Scene:
 
     @property
     def shape_of(self) -> dict[int, int]:
-        """By the number of a body, inserted ones too, the place of its shape in ``shapes``; {} for discs."""
+        """The index in ``shapes`` of each body's shape, by number, inserted ones too; {} for discs."""
         coming = (each for each in self.commands if isinstance(each, Insert) and self.shapes)
         own = dict(enumerate(self.shape.tolist())) if self.shapes else {}
         return own | {each.body: self.shapes.index(each.shape) for each in coming}
 
     @property
     def numbers(self) -> dict[str, int]:
-        """By its name the number of each body that has one, also of those that commands insert."""
+        """The numbers of all bodies with a name, by their names, also of bodies that commands insert."""
         own = {name: body for body, name in enumerate(self.names) if name is not None}
         coming = (each for each in self.commands if isinstance(each, Insert))
         return own | {each.name: each.body for each in coming if each.name is not None}
 
     @property
     def changing(self) -> bool:
-        """Whether commands give bodies another kind."""
+        """True if commands give bodies another kind."""
         return any(isinstance(each, SetKind) for each in self.commands)
 
     @property
@@ -235,19 +235,19 @@ class Scene:
 
     @property
     def _ruled(self) -> bool:
-        """Whether the scene has kinds, or contacts other than elastic ones of movable bodies."""
+        """True if the scene has kinds, or contacts other than elastic ones of movable bodies."""
         coming = [command.mass for command in self.commands if isinstance(command, Insert)]
         static = math.inf in coming or bool(np.isinf(self.mass).any())
         return static or bool(self.responses) or self.kinds != (0,)
 
     @property
     def meets(self) -> list[list[Response]]:
-        """The response of each two of ``kinds``, and of a kind and a wall (the last column)."""
+        """The response of each pair of ``kinds``, and of a kind and a wall (the last column)."""
         return table(self.kinds, self.responses)
 
     @property
     def capacity(self) -> int:
-        """The number of bodies for which a phase makes room in ``prepare``: those present, or more."""
+        """The number of bodies for which a phase allocates room in ``prepare``; present ones, or more."""
         return len(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -256,7 +256,7 @@ class Scene:
         return Scene, given[: given._fields.index("obstacles")]
 
     def _bits(self) -> tuple[bytes, ...]:
-        """Returns everything that is simulated as bytes: -0.0 is not 0.0."""
+        """Returns all simulated values as bytes: -0.0 is not 0.0."""
         frame = (self.start, *(self.arena or ()))
         return (
             *(array.tobytes() for array in (self.position, self.velocity, self.radius, self.mass)),
@@ -273,13 +273,13 @@ class Scene:
 
 
 def are_alike(scene: Scene) -> bool:
-    """Returns whether two bodies or more, of one mass and radius, meet elastically, and none comes."""
+    """Returns True if at least two bodies, all of one mass and radius, meet elastically; no insertions."""
     single = all(bool((column == column[:1]).all()) for column in (scene.mass, scene.radius))
     return single and 1 < len(scene) == scene.capacity and not scene._ruled and not scene.shapes
 
 
 def in_words(scene: Scene, count: int) -> str:
-    """Returns a number of bodies of a scene in words: discs, or bodies where some have other shapes."""
+    """Returns a number of bodies of a scene in words: "discs", or "bodies" if some have other shapes."""
     one, several = ("body", "bodies") if scene.shapes else ("disc", "discs")
     return f"{count:,} {one if count == 1 else several}"
 
@@ -331,18 +331,18 @@ def relabelled(
 
 
 def kind_of_each(scene: Scene) -> dict[int, int]:
-    """Returns by the number of a body, those that are inserted too, the place of its kind in ``kinds``."""
+    """Returns the place in ``kinds`` of each body's kind, by the body's number, inserted ones too."""
     return dict(enumerate(scene.kind_numbers.tolist())) | kinds_inserted(scene)
 
 
 def kinds_inserted(scene: Scene) -> dict[int, int]:
-    """Returns the same of those alone that commands insert; where none is named, theirs is the only one."""
+    """Returns the same for inserted bodies alone; an insertion that names no kind has the only one."""
     coming = (each for each in scene.commands if isinstance(each, Insert))
     return {each.body: 0 if each.kind is None else scene.kinds.index(each.kind) for each in coming}
 
 
 def source_of(scene: Scene) -> str:
-    """Returns where a scene is from, in words: its file, its recipe with parameters, or nothing."""
+    """Returns the source of a scene in words: its file, its recipe with parameters, or nothing."""
     origin = scene.origin
     if "file" in origin:
         return str(origin["file"])
@@ -350,7 +350,7 @@ def source_of(scene: Scene) -> str:
 
 
 def around(scene: Scene) -> str:
-    """Returns what is around the bodies of a scene, in words."""
+    """Returns the surroundings of a scene's bodies in words: walls, periods, gravity."""
     walls = "without walls" if scene.arena is None else f"in {scene.arena[0]:g} x {scene.arena[1]:g}"
     walls += f", periodic along {' and '.join(scene.periodic)}" if scene.periodic else ""
     return walls + (f", gravity ({scene.gravity[0]:g}, {scene.gravity[1]:g})" if any(scene.gravity) else "")
@@ -358,8 +358,8 @@ def around(scene: Scene) -> str:
 
 @answering
 def with_obstacles(scene: Scene, obstacles: Iterable[Obstacle]) -> Scene:
-    """Returns a scene with obstacles after its bodies, in their order: numbers 0 to n - 1 stay, and theirs
-    follow, and after them those of bodies that are inserted. Raises SceneError if they do not fit."""
+    """Returns a scene with obstacles after its bodies, in their order: bodies keep the numbers 0 to n - 1,
+    then follow obstacles, then inserted bodies. Raises SceneError if the obstacles do not fit."""
     added = list(obstacles)
     many, own = len(added), len(scene)
     mistakes = [wrong for at, each in enumerate(added) for wrong in check_obstacle(each, f"obstacles[{at}]")]
@@ -376,7 +376,7 @@ def with_commands(
     kinds: Iterable[Kind] | None = None,
 ) -> Scene:
     """Returns the same scene, on the same clock, with these commands, and with more responses. Its kinds are
-    these, or as in ``Scene.replace``. Raises SceneError if they do not fit."""
+    the given ones, or as in ``Scene.replace``. Raises SceneError if they do not fit."""
     more = {} if kinds is None else {"kinds": kinds}
     rules = {**dict(scene.responses), **(responses or {})}
     unit, origin = scene.time_unit, scene.origin

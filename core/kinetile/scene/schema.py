@@ -1,8 +1,8 @@
 """Tables of a scene file: from bytes to TOML of bounded size and depth, with known keys and types.
 
 tomllib does not end in a sensible time on keys of many thousand parts, and its result may be nested as deeply
-as the stack is. So the size of a file is checked before it is read, its keys before they are parsed, and its
-tables before they are traversed. Then they are compared with those below.
+as the stack. So the size of a file is checked before reading, its keys before parsing, and its tables before
+a traversal. Then they are compared with the tables below.
 """
 
 import os
@@ -27,12 +27,12 @@ KeyPath: TypeAlias = tuple[str | int, ...]
 """The place of a value in a file: ("bodies", 3, "radius")."""
 
 _MOST = 100
-"""The most entries of a table of options or parameters, and of a list of phases."""
+"""The largest number of entries of a table of options or parameters, and of a list of phases."""
 
 
 @dataclass(frozen=True)
 class FileTable:
-    """A table of a file, or each of a list of them: its keys, and those of which none may be left out."""
+    """A table of a file, or each of a list of tables: its keys, and the needed keys."""
 
     what: str
     keys: "Mapping[str, Value | FileTable]"
@@ -98,7 +98,7 @@ _FILE = FileTable(
 
 
 def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[KeyPath]]:
-    """Returns the mistakes of a file's tables, and the places of missing values and those of a wrong type."""
+    """Returns the mistakes of a file's tables, and the places of missing values and of wrong types."""
     faults = _Faults(tables)
     faults.of_table((), _FILE, tables)
     if not {"recipe", "bodies"} & set(tables):
@@ -107,7 +107,7 @@ def find_faults(tables: Mapping[str, Any]) -> tuple[list[Mistake], set[KeyPath]]
 
 
 class _Faults:
-    """Mistakes of a file by their places, and the keys that were probably meant by unknown ones."""
+    """Mistakes of a file by their places, and the keys that unknown ones probably mean."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.tables = tables
@@ -130,7 +130,7 @@ class _Faults:
                 self.missing(where)
 
     def missing(self, place: KeyPath, also: str = "") -> None:
-        """Reports that there is no value, unless it is there, and misspelt."""
+        """Reports a missing value, unless its key is there, misspelt."""
         self.lacking.add(place)
         if place not in self.meant:
             self.mistakes[place] = Mistake(written(place), "nothing", expected(place) + also)
@@ -150,7 +150,7 @@ class _Faults:
                 self._of_value((*place, name), Value("a table", dict), options)
 
     def _of_key(self, place: KeyPath) -> str:
-        """Reports a key that is not known; returns the key that was probably meant."""
+        """Reports an unknown key; returns the key that it probably means."""
         key, known, belongs = str(place[-1]), _keys(place), _belongs(place)
         table = tuple(step for step in place[:-1] if isinstance(step, str))
         self._odd[table] += 1
@@ -166,7 +166,7 @@ UNKNOWN = "a key that is not known here"
 
 
 def _belongs(place: KeyPath) -> str:
-    """Returns what is expected of a key of another table, around ``place`` or in it; "" if none has it."""
+    """Returns the text after "expected" for a key of another table, around ``place`` or in it; or ""."""
     key = str(place[-1])
     for at in reversed(range(len(place) - 1)):
         if isinstance(place[at], str) and key in _keys((*place[:at], key)):
@@ -184,13 +184,13 @@ def _belongs(place: KeyPath) -> str:
 
 
 def _has_shape(tables: Mapping[str, Any], place: KeyPath) -> bool:
-    """Whether a body, or one that is inserted, has a shape, or lacks one as other bodies have."""
+    """True if a body, present or inserted, has a shape, or lacks one that other bodies have."""
     rows = [row for row in tables.get("bodies", ()) if isinstance(row, dict)] if place[0] == "bodies" else []
     return any("shape" in row for row in (reduce(getitem, place, cast(Any, tables)), *rows))
 
 
 def written(place: KeyPath) -> str:
-    """Returns a place as messages write it: ``bodies[3].radius``; keys that are no plain ones are quoted."""
+    """Returns a place as messages write it: ``bodies[3].radius``; keys that are not plain are quoted."""
     text = ""
     for step in place:
         if isinstance(step, int):
@@ -214,7 +214,7 @@ def _table(place: KeyPath) -> FileTable:
 
 
 def expected(place: KeyPath) -> str:
-    """Returns what is expected of the value at a place."""
+    """Returns the text after "expected" for the value at a place."""
     return "a table" if isinstance(place[-1], int) or len(place) == 2 else _keys(place)[place[-1]]
 
 
@@ -222,7 +222,7 @@ MOST_BYTES = 64 * 2**20
 """The default limit of a scene file: about 400,000 bodies."""
 
 DEEPEST = 32
-"""The most tables and lists in each other, and the most parts of a key."""
+"""The largest depth of nested tables and lists, and the largest number of parts of a key."""
 
 MOST_BITS = 8192
 """The bits of the largest whole number: Python still writes it out."""
@@ -234,9 +234,9 @@ _WHERE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)",
 
 def read_text(path: str | os.PathLike[str], max_bytes: int = MOST_BYTES) -> str:
     """Returns the text of a regular file, without a mark of byte order; OSError for another (a pipe),
-    SceneError for too large a one, and for what is not UTF-8."""
+    SceneError if it is too large or not UTF-8."""
     with open_regular(path) as file:
-        size = max(os.fstat(file.fileno()).st_size, MOST_BYTES)  # of which a buffer is made
+        size = max(os.fstat(file.fileno()).st_size, MOST_BYTES)  # the size of a buffer
         data = file.read(min(max_bytes, size) + 1)
     if len(data) > max_bytes:
         more = "at most so many; max_bytes of kinetile.load_scene allows more"
@@ -262,7 +262,7 @@ def read_tables(text: str, source: str | None) -> dict[str, Any]:
         raise SceneError([_syntax_mistake(text, str(error))], source) from error
     except RecursionError as error:
         raise SceneError([_too_deep("the file")], source) from error
-    except ValueError as error:  # of Python itself, which reads no number of more than some thousand digits
+    except ValueError as error:  # Python's own: it reads no number of more than some thousand digits
         found = "a whole number of too many digits to be read"
         raise SceneError([Mistake("the file", found, _SMALLER)], source) from error
     mistakes = _beyond_bounds(tables)

@@ -16,10 +16,10 @@ from kinetile.scene.values import VALUES
 class Settings:
     """Settings of a run in a scene: its phases by name, their options, and its end.
 
-    ``broad_phase`` and ``narrow_phases`` are None where the scene leaves the choice open; ``options`` maps a
-    phase's name to its options; ``until`` is a time. ``end`` is the same exactly, as (epoch, tick, contacts):
-    the run ends after this number of contacts of that tick, as recordings do, and ``until`` is that time
-    rounded. None: after all events up to and at ``until``.
+    ``broad_phase`` and ``narrow_phases`` are None if the scene leaves the choice open; ``options`` maps a
+    phase's name to its options; ``until`` is a time. ``end`` is the exact end, as (epoch, tick, contacts):
+    the run ends after this number of contacts of that tick, as recordings do, and ``until`` is that time,
+    rounded. None: the run ends after all events up to and at ``until``.
     """
 
     broad_phase: str | None = None

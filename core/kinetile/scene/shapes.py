@@ -1,8 +1,8 @@
 """Shapes of bodies, which do not rotate: a convex core of 1 to 8 corners, and a radius around it.
 
-A disc is a core of one corner with a radius, a capsule one of two; a box or another polygon has corners and,
-if it is not rounded, no radius. Convexity and overlaps are decided in rationals. Below are their tables in
-files, obstacles, which nothing moves, and the table of shapes of a scene's bodies.
+A disc is a core of one corner with a radius, a capsule is a core of two; a box or another polygon has corners
+and, if it is not rounded, no radius. Rational arithmetic decides convexity and overlaps. Below are the tables
+of shapes in files, obstacles, which nothing moves, and the table of shapes of a scene's bodies.
 """
 
 import math
@@ -24,7 +24,7 @@ from kinetile.scene.differences import Exact, Place, core_difference, cross, exa
 from kinetile.scene.values import SIZE_VALUE, VALUES
 
 MOST_CORNERS = 8
-"""The most corners of a core."""
+"""The largest number of corners of a core."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Shape:
     """The shape of a body; bodies do not rotate, as if their inertia against turning were infinite.
 
     ``core`` are its corners, (x, y) from the body's reference point: strictly convex and anticlockwise. Two
-    are a line, one is a point. ``radius`` is the width of what is around the core; 0 for sharp corners.
+    are a line, one is a point. ``radius`` is the width of the rim around the core; 0 for sharp corners.
 
     Raises SceneError, with every mistake: for 0 or more than 8 corners, three in one line, an order that is
-    clockwise, not convex or crosses itself, a point without a radius, and for numbers that are not finite
-    or beyond what scenes can have (2**-200 to 2**200, for coordinates no lower limit).
+    clockwise, not convex or crosses itself, a point without a radius, and for numbers that are not finite or
+    outside the range of scenes (2**-200 to 2**200, for coordinates no lower limit).
     """
 
     core: tuple[Place, ...]
@@ -65,12 +65,12 @@ class Shape:
 
     @property
     def is_disc(self) -> bool:
-        """Whether it is a disc around the reference point."""
+        """True if it is a disc around the reference point."""
         return self.core == ((0.0, 0.0),)
 
     @property
     def is_solid(self) -> bool:
-        """Whether it has an interior, as all but a segment have."""
+        """True if it has an interior, as all shapes except a segment have."""
         return len(self.core) > 2 or self.radius > 0.0
 
     @cached_property
@@ -91,7 +91,7 @@ class Shape:
 
     @property
     def reaches(self) -> tuple[float, float, float, float]:
-        """How far it reaches to the left, right, bottom and top of the reference point, as rule 6s says."""
+        """The reaches to the left, right, bottom and top from the reference point, by rule 6s."""
         x, y = zip(*self.core, strict=True)
         r = self.radius
         return r - min(x), r + max(x), r - min(y), r + max(y)
@@ -112,7 +112,7 @@ def box(width: float, height: float) -> Shape:
 
 
 def capsule(a: Sequence[float], b: Sequence[float], radius: float) -> Shape:
-    """Returns all that is within ``radius`` of the line from a to b, places from the reference point."""
+    """Returns the points within ``radius`` of the line from a to b, places from the reference point."""
     wrong = SIZE_VALUE.mistakes(radius, "radius")
     if wrong:
         raise SceneError(wrong, "the capsule")
@@ -127,7 +127,7 @@ def segment(a: Sequence[float], b: Sequence[float]) -> Shape:
 @answering
 def polygon(corners: Iterable[Sequence[float]], radius: float = 0.0) -> Shape:
     """Returns the convex polygon with these corners, anticlockwise, and with all within ``radius`` of it. A
-    ring, which ends with its first corner again, may be clockwise, as those of Shapely are."""
+    ring, which repeats its first corner at the end, may be clockwise, as Shapely's rings are."""
     ring, names = list(corners), {"core": "corners"}
     if _is_ring(ring):
         ring.pop()
@@ -141,7 +141,7 @@ def _is_ring(points: Sequence[Sequence[float]]) -> bool:
 
 
 def _made(core: Any, radius: float, names: Mapping[str, str]) -> Shape:
-    """Returns a shape; in its mistakes, the beginnings of places have other names."""
+    """Returns a shape; ``names`` replaces the beginnings of places in its mistakes."""
     try:
         return Shape(core, radius)
     except SceneError as error:
@@ -176,7 +176,7 @@ def _wrong_numbers(core: Any, radius: Any) -> list[Mistake]:
 
 
 def _not_convex(core: Sequence[Place]) -> list[Mistake]:
-    """Returns why a core is not convex or not anticlockwise, decided exactly."""
+    """Returns the mistakes of a core that is not convex or not anticlockwise, decided exactly."""
     count = len(core)
     if count == 1:
         return []
@@ -214,7 +214,7 @@ _FORMS: dict[str, tuple[Callable[..., Shape], tuple[str, ...]]] = {
     "segment": (segment, ("from", "to")),
     "polygon": (polygon, ("corners", "radius")),
 }
-"""The kinds of shapes: how each is made, and from which keys."""
+"""The kinds of shapes: the function that makes each, and its keys."""
 
 
 def read_shape(where: str, row: Mapping[str, Any], mistakes: list[Mistake]) -> Shape | None:
@@ -255,10 +255,10 @@ SEGMENTS = (
     "a segment, which has no interior",
     "a shape with an interior, or mass = inf: segments are for obstacles",
 )
-"""What a mistake says of a body of finite mass that is a segment, and what would be right."""
+"""The two texts of the mistake for a segment of finite mass: found, and expected."""
 
 OBSTACLE = "obstacle"
-"""The kind of obstacles that are given none."""
+"""The default kind of obstacles."""
 
 
 @dataclass(frozen=True)
@@ -266,7 +266,7 @@ class Obstacle:
     """A shape at a place, (x, y), of infinite mass; with a velocity it moves on until a turn.
 
     An obstacle is a body after all others: it has a number, a kind, a place in contacts and event files. With
-    shapes immovable bodies do not meet each other and may overlap: a room is a row of segments.
+    shapes, immovable bodies do not meet each other and may overlap: a room is a row of segments.
     """
 
     shape: Shape
@@ -288,9 +288,9 @@ def check_obstacle(given: Any, where: str) -> list[Mistake]:
 def polyline(
     points: Iterable[Sequence[float]], *, closed: bool = False, kind: str | int = OBSTACLE
 ) -> list[Obstacle]:
-    """Returns segments from each point, (x, y), to the next one; ``closed``: to the first after the last.
-    Ends that join are the same up to a rounding, for small dyadic numbers exactly. Raises SceneError, with
-    every mistake, for fewer than two points, and for two that are one place or not finite."""
+    """Returns segments from each point, (x, y), to the next one; ``closed``: also from the last to the first.
+    Ends that join are equal up to a rounding, for small dyadic numbers exactly. Raises SceneError, with every
+    mistake, for fewer than two points, and for two that are equal or not finite."""
     corners = list(points)
     mistakes = []
     for k, point in enumerate(corners):
@@ -315,10 +315,10 @@ def polyline(
 def convex_parts(points: Any, *, kind: str | int = OBSTACLE) -> list[Obstacle]:
     """Returns convex obstacles that fill an outline: points (x, y) in either direction, or a polygon of
     Shapely with its holes. All have one position, so that they join exactly. Raises MissingExtra without
-    Shapely (extra ``outlines``), SceneError for what is no outline."""
+    Shapely (extra ``outlines``), SceneError if the points are no outline."""
     shapely = needed("Cutting an outline into convex parts", "shapely", "outlines")
     if not isinstance(points, shapely.Geometry):
-        polyline(points, closed=True)  # which finds what is no point
+        polyline(points, closed=True)  # raises for an invalid point
         points = shapely.Polygon(points if len(points) > 2 else None)
     if not points.is_valid or not points.area:
         why = "no area" if points.is_valid else shapely.is_valid_reason(points)
@@ -335,7 +335,7 @@ def convex_parts(points: Any, *, kind: str | int = OBSTACLE) -> list[Obstacle]:
 
 @dataclass(frozen=True)
 class ShapeTable:
-    """The shapes of a scene's bodies: the table, (n,) the index of each body, and (n,) which are unknown."""
+    """The shapes of a scene's bodies: the table, (n,) the index of each body's, and (n,) True if unknown."""
 
     shapes: tuple[Shape, ...]
     index: Integers
@@ -343,22 +343,22 @@ class ShapeTable:
 
     @property
     def discs(self) -> bool:
-        """Whether all shapes are discs, those that no body has yet too."""
+        """True if all shapes are discs, also shapes that no body has yet."""
         return not self.unknown.any() and all(each.is_disc for each in self.shapes)
 
     @property
     def radius(self) -> Floats:
-        """(n,) the reach of each body's shape; NaN where it is unknown."""
+        """(n,) the reach of each body's shape; NaN if unknown."""
         return np.append([each.reach for each in self.shapes], math.nan)[self._known]
 
     @property
     def reaches(self) -> Floats:
-        """(n, 4) how far each body reaches to the left, right, bottom and top; NaN where it is unknown."""
+        """(n, 4) the reaches of each body to the left, right, bottom and top; NaN if unknown."""
         return np.array([*(each.reaches for each in self.shapes), (math.nan,) * 4])[self._known]
 
     @property
     def hollow(self) -> Flags:
-        """(n,) whose shapes have no interior; False where they are unknown."""
+        """(n,) True for shapes without an interior; False if unknown."""
         return np.array([*(not each.is_solid for each in self.shapes), False])[self._known]
 
     @property
@@ -369,7 +369,7 @@ class ShapeTable:
 def read_table(
     shape: Any, shapes: Any, bodies: int, mistakes: list[Mistake], unread: Flags | None = None
 ) -> ShapeTable:
-    """Returns the shapes of bodies as given, and appends mistakes, but of those without numbers, (n,)."""
+    """Returns the given shapes of bodies; appends mistakes, except of bodies without numbers, (n,)."""
     nothing, everything = np.zeros(bodies, dtype=np.int64), np.ones(bodies, dtype=np.bool_)
     if isinstance(shape, Shape):
         if shapes:
@@ -400,8 +400,8 @@ def beside(
     obstacles: Sequence[Obstacle],
     listed: Iterable[Shape],
 ) -> ShapeTable:
-    """Returns the shapes of bodies and of obstacles after them: those listed come first, others as they are
-    met; ``table`` is None for discs of (n,) these radii, some of them unread."""
+    """Returns the shapes of bodies and of obstacles after them: listed shapes first, others in the order of
+    their first use. ``table`` is None for discs of the radii ``own``, (n,), some of them unread."""
     own: list[Shape | None]
     if table is None:
         fit = ~unread & SIZE_VALUE.holds(radius)
@@ -418,7 +418,7 @@ def beside(
 
 
 def are_given(shape: object, shapes: object) -> bool:
-    """Whether arguments of a scene have shapes; -1 for every body, beside no table, are discs."""
+    """Returns True if arguments of a scene have shapes; -1 for every body, without a table, means discs."""
     if not isinstance(shapes, tuple | list) or shapes:
         return True
     return shape is not None and not (isinstance(shape, np.ndarray) and bool((shape == -1).all()))
@@ -431,8 +431,8 @@ def overlapping_shapes(
     pairs: Integers,
     periods: tuple[float, float] = (0.0, 0.0),
 ) -> Integers:
-    """Returns those of (k, 2) pairs whose shapes overlap, or nearest images, as circles around them do:
-    exactly, where they are not apart along an axis by more than rounding explains, or touch there."""
+    """Returns the (k, 2) ``pairs`` of overlapping circles whose shapes, or nearest images, overlap. A gap or
+    touch along an axis, beyond rounding, excludes a pair in doubles; the others are decided exactly."""
     reaches, shape = table.reaches[bodies], table.index[bodies]
     a, b = pairs.T
     apart = position[b] - position[a]
@@ -454,13 +454,13 @@ def overlapping_shapes(
 
 
 def _between(here: float, there: float, period: float) -> Fraction:
-    """Returns how far a place is from another one, or its nearest image, along an axis: exactly."""
+    """Returns the exact distance along an axis between a place and another one, or its nearest image."""
     apart = Fraction(there) - Fraction(here)
     return apart - round(apart / Fraction(period)) * Fraction(period) if period else apart
 
 
 def overlap(one: Shape, other: Shape, apart: Exact) -> bool:
-    """Whether two bodies so far apart overlap, by more than 1e-12 of the sum of their reaches."""
+    """Returns True if two bodies overlap, ``apart`` from each other, by over 1e-12 of their reaches' sum."""
     allowed = Fraction(TOLERANCE) * (Fraction(one.reach) + Fraction(other.reach))
     radii = Fraction(one.radius) + Fraction(other.radius)
     return is_closer(core_difference(one.core, other.core), apart, radii - allowed)

@@ -1,6 +1,6 @@
-"""What each value of a scene has to be, by its name: its type, its range, and the sentence that says so; for
-arguments of ``Scene``, scene files, commands, calls of a simulation, and saved runs. What a value needs of
-others is checked where they are known."""
+"""The requirements of each value of a scene, by its name: its type, its range, and the sentence about both;
+for arguments of ``Scene``, scene files, commands, calls of a simulation, and saved runs. Other modules, which
+have several values, check their relations."""
 
 import math
 import operator
@@ -27,30 +27,30 @@ from kinetile.scene.checks import (
 
 
 def is_float(value: Any) -> bool:
-    """Whether a value of a file is a number that float64 can have, or nan."""
+    """Returns True if a value of a file is a number of float64's range, or nan."""
     return isinstance(value, float) or (type(value) is int and value.bit_length() < 1024)
 
 
 def is_whole(value: Any) -> bool:
-    """Whether a value of a file is a whole number that arrays can hold."""
+    """Returns True if a value of a file is a whole number that arrays can hold."""
     return type(value) is int and abs(value) <= 2**62
 
 
 def is_list(value: Any, form: Callable[[Any], bool] | None = None, length: int | None = None) -> bool:
-    """Whether a value of a file is a list, of ``length`` such values."""
+    """Returns True if a value of a file is a list, of ``length`` values of this form."""
     right = isinstance(value, list) and length in (None, len(value))
     return right and (form is None or all(map(form, value)))
 
 
 def is_pair(value: Any) -> bool:
-    """Whether a value of a file is two numbers."""
+    """Returns True if a value of a file is two numbers."""
     return is_list(value, is_float, 2)
 
 
 @dataclass(frozen=True)
 class Value:
-    """A value: ``what`` it is in words, its form in files, without which it is read no further, and whether
-    one is ``fit``; a number from ``least`` to ``most``, or 2**200, in words ``within``."""
+    """A value: ``what`` it is in words, its ``form`` in files, which further reading needs, and the test
+    ``fit``; a number from ``least`` to ``most``, or 2**200, in words ``within``."""
 
     what: str
     form: type | Callable[[Any], bool] = is_float
@@ -61,29 +61,29 @@ class Value:
     most: float = LARGEST
 
     def has_form(self, value: Any) -> bool:
-        """Whether a value of a file is of this type."""
+        """Returns True if a value of a file is of this type."""
         return isinstance(value, self.form) if isinstance(self.form, type) else self.form(value)
 
     def holds(self, numbers: Any) -> Any:
-        """Whether a number is in the range, or which ones of an array are."""
+        """Returns True if a number is in the range; elementwise for an array."""
         return (numbers >= self.least) & ((numbers <= LARGEST) | (numbers == self.most))
 
     def expected(self, value: Any) -> str:
-        """Returns what is expected in the place of a value; "" if it is right."""
+        """Returns the text after "expected" for a wrong value; "" if it is right."""
         if not self.fit(value):
             return self.what
         each = value if self.within and hasattr(value, "__iter__") else [value]
         return self.within if self.within and not all(map(self.holds, each)) else ""
 
     def mistakes(self, value: Any, where: str) -> list[Mistake]:
-        """Returns the mistake of a value at a place, if it is one."""
+        """Returns the mistake of a value at a place, if it is wrong."""
         expected = self.expected(value)
         found = list(value) if isinstance(value, tuple) and self.form is is_pair else value  # as in files
         return [Mistake(where, shown(found), expected)] if expected else []
 
 
 def body_numbers(bodies: Any) -> Integers:
-    """Returns the numbers of bodies, -1 for those below 0; TypeError for what are none."""
+    """Returns the numbers of bodies, -1 for numbers below 0; TypeError for anything else."""
     try:
         numbers = np.asarray(bodies)
     except ValueError:  # rows of different lengths
@@ -199,4 +199,4 @@ VALUES: Mapping[str, Value] = {
     "new body": replace(_BODY, form=is_whole, fit=lambda body: _is_index(body, -1)),
     "shape": Value("the number of one of [[shapes]], from 0", is_whole, _is_index),
 }
-"""By its name what each value is, for every entrance."""
+"""The requirements of each value by its name, for every entrance."""

@@ -266,7 +266,7 @@ def any_answer(k, body, wall):
 
 @pytest.mark.parametrize(
     ("narrow", "why"),
-    [(("disc",), "of disc none is for walls"), (("disc", "elsewhere"), "does not know accelerations")],
+    [(("disc",), "of disc none is for walls"), (("disc", "elsewhere"), "does not support accelerations")],
 )
 def test_walls_that_do_not_know_falling_bodies_are_refused(narrow, why):
     class Elsewhere:

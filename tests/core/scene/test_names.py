@@ -83,7 +83,7 @@ def test_a_body_that_was_inserted_by_hand_has_a_name(tmp_path: Path) -> None:
     sim = kt.Simulation(flights(), live=True)
     sim.run(until=1.25)
     assert sim.insert((5.0, 3.0), (0.0, 0.0), 0.25, name="EI1") == sim.number("EI1") == 3
-    for taken, words in (("EI1", "that of body 3"), ("AF123", "that of body 0"), ("", "expected a name")):
+    for taken, words in (("EI1", "name of body 3"), ("AF123", "name of body 0"), ("", "expected a name")):
         with pytest.raises(ValueError, match=words):
             sim.insert((3.0, 3.0), (0.0, 0.0), 0.25, name=taken)
     before = sim.snapshot()
@@ -104,7 +104,7 @@ def test_names_that_no_body_or_two_bodies_have_are_told() -> None:
         "commands[5].body: found 'BA778'; expected a number, or a name of a body; did you mean 'BA777'?"
         in message
     )
-    assert "commands[6].name: found 'AF123'; expected another name: it is that of body 0" in message
+    assert "commands[6].name: found 'AF123'; expected another name: it is the name of body 0" in message
     with pytest.raises(SceneError, match=r"names: found .*; expected one for each of the 2 bodies, or None"):
         flights(names=["AF123"])
     with pytest.raises(SceneError, match=r"names\[1\]: found 3; expected a name of its own, text"):

@@ -142,16 +142,14 @@ def test_an_interval_by_contacts_is_found_by_a_run_that_goes_on():
 
 def test_names_begin_anew_and_an_unobserved_time_is_refused():
     sim = kt.Simulation(discs(), "naive")
-    with pytest.raises(
-        BadOption, match="goes on with what was observed last, and nothing was: expected obse"
-    ):
+    with pytest.raises(BadOption, match="continues the last observation, and there is none: expected obse"):
         sim.run(0.25, observe=sim.observed)
     assert sim.time == 0.0
     sim.run(0.5, observe=["energy:every=0.1"])
     first = sim.observed
     sim.run(1.0, observe=["energy:every=0.1"])
     assert repr(sim.observed.rows()) == repr(first.rows())  # six samples each, of the same energy
-    with pytest.raises(BadOption, match="observe has what another run has observed"):
+    with pytest.raises(BadOption, match="observe is the result of another run"):
         sim.run(1.5, observe=first)
     there = sim.snapshot()
     for unobserved in (lambda: sim.run(1.25), lambda: next(sim.steps(1.5)), sim.step):
@@ -197,7 +195,7 @@ def test_a_foreign_observable_goes_on_if_it_says_what_it_keeps(tmp_path):
         sim = kt.Simulation(discs(), "naive")
         sim.run(0.5, observe=["jumps", "saved"])
         again = pickle.loads(pickle.dumps(sim))
-        with pytest.raises(BadOption, match=r"'jumps' of Plugin.* does not name in keeps.*from here on"):
+        with pytest.raises(BadOption, match=r"'jumps' of Plugin.* does not list in keeps.*from here on"):
             _ = again.observed
         again.run(1.0)
         sim.run(1.0, observe=sim.observed)

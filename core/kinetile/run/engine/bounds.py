@@ -1,8 +1,8 @@
 """Bounds that hold for every body of a run: from masses and energy to a speed, to the skin.
 
-The skin, by which a broad phase sees bodies enlarged, has to cover rounding, which grows with the greatest
-speed and the distance from the origin. No body exceeds the speed that the lightest one would have with all
-the energy. Where that would be exceeded, the engine lays its tables out again.
+The skin, which enlarges bodies for a broad phase, has to cover rounding, which grows with the greatest speed
+and the distance from the origin. No body exceeds the speed that the lightest one would have with all the
+energy. If a body would exceed it, the engine lays its tables out again.
 """
 
 import math
@@ -32,8 +32,8 @@ class Bounds(NamedTuple):
     Attributes:
         lightest, smallest: the smallest mass, and the smallest radius.
         squares: at least the sum of mass * speed^2 over all bodies and commands to come, twice the largest
-            possible energy: what a command removes stays; infinite until it is needed.
-        speed, extent: a speed that no body exceeds, and how far from the origin a body can be.
+            possible energy: removals do not reduce it; infinite until it is needed.
+        speed, extent: a speed that no body exceeds, and the largest distance of a body from the origin.
         skin: the skin that follows from speed and extent.
     """
 
@@ -63,8 +63,8 @@ def squares_of_bodies(k: Kernel) -> float:
 
 
 def unfit_pull(scene: Scene, pull: tuple[float, float], until: float = -math.inf) -> str:
-    """Returns what is expected in the place of an acceleration that a run of a scene to a time cannot have;
-    "" for one that it can."""
+    """Returns the expected text for an acceleration that a run of a scene to a time cannot have; "" for a
+    possible one."""
     for mistake in check_pull("", pull, scene.periodic):
         return mistake.expected
     largest, last = (abs(pull[0]), abs(pull[1])), scene.settings.until

@@ -1,11 +1,11 @@
 """Commands given by hand: they run at once, at the present tick.
 
-They come after the structural events of that tick and after the contacts that have happened at it. Contacts
-that are still pending at it stay pending: a command may avert one of them. A command that a phase, the skin
-or want of room refuses leaves everything as it was. A game may issue sixty commands a frame, so the cost of
-one must depend as little as possible on the number of bodies: ``bounds.squares`` bounds the energy from
-above, and only when it would exceed the speed in force is the energy summed up again; and a copy of the
-tables is kept only if more than the loop itself may refuse.
+They run after the structural events of that tick and after the contacts that have happened at it. Contacts
+that are still pending at this tick stay pending: a command may avert one of them. A command that is refused,
+by a phase, by the skin or for lack of room, leaves everything unchanged. A game may issue sixty commands a
+frame, so the cost of one must depend as little as possible on the number of bodies. So ``bounds.squares``
+bounds the energy from above, and the energy is summed again only if this bound would exceed the speed in
+force; and the tables are copied only if more than the loop itself may refuse.
 """
 
 from collections.abc import Sequence
@@ -32,16 +32,16 @@ from kinetile.toolbox.reach import fastest
 def command_rows(
     engine: Engine, code: int, many: int = 1, body: int = 0, disc: Sequence[float] = STILL
 ) -> Rows:
-    """Returns commands of the present moment, all alike, for a body, with place, velocity, radius and mass as
-    in ``STILL``; the caller fills in the others of several, and other effects."""
+    """Returns equal commands of the present moment, for one body, with place, velocity, radius and mass of
+    ``STILL``; the caller fills in the other bodies of several commands, and other effects."""
     row = packed(engine.now, disc, body, code, engine.met_now)
     return np.frombuffer(bytearray(row * many), COMMAND_ROWS)
 
 
 def carry_out(engine: Engine, code: int, rows: Rows, scene: Scene | None = None) -> None:
-    """Runs commands of one code, of the present tick, now, before any contact; in a ``scene`` widened for
-    them, if it is another one. Raises Refused, with nothing changed, if a phase does not accept that, or the
-    broad phase the skin, or for a body without room."""
+    """Runs commands of one code at the present tick, before any contact; in ``scene``, if it is given, which
+    is widened for them. Raises Refused, with nothing changed, if a phase does not accept that, if the broad
+    phase does not accept the skin, or if a body has no room."""
     engine.demand_a_run()
     if not len(rows):
         return
@@ -70,8 +70,8 @@ def carry_out(engine: Engine, code: int, rows: Rows, scene: Scene | None = None)
 
 
 def insert_those_with_room(engine: Engine, rows: Rows) -> dict[int, Refused]:
-    """Inserts bodies now, one by one, and numbers them; returns which have no room, and why. Raises Refused,
-    with nothing changed, as ``carry_out`` does. Before: no command of the scene is due."""
+    """Inserts bodies now, one by one, and numbers them; returns the errors of bodies without room, by row.
+    Raises Refused, with nothing changed, as ``carry_out``. Precondition: no command of the scene is due."""
     if not len(rows):
         return {}
     found = engine.blockers(rows)
@@ -91,9 +91,9 @@ def insert_those_with_room(engine: Engine, rows: Rows) -> dict[int, Refused]:
 
 
 class _Need(NamedTuple):
-    """What commands need: ``bounds`` with their energy and places, ``commands`` in the loop, and a ``speed``
-    for which the tables are laid out again, or None. ``loop_alone``: none of the three is new, and no other
-    command comes first, so only the loop itself may refuse one, and it changes nothing then."""
+    """The needs of commands: ``bounds`` with their energy and places, ``commands`` in the loop, and a
+    ``speed`` for a new layout of the tables, or None. ``loop_alone``: all three are in force, and no other
+    command comes first, so only the loop itself may refuse a command, and then it changes nothing."""
 
     bounds: Bounds
     commands: CommandSupport
@@ -116,8 +116,8 @@ def _need_of(engine: Engine, code: int, rows: Rows) -> _Need:
 
 
 def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
-    """Returns the bounds with the energy of commands of one code, and where they put bodies, and the largest
-    speed of a body then."""
+    """Returns the bounds with the energy and the places of commands of one code, and the largest speed of a
+    body then."""
     lightest, smallest, squares, speed, extent, skin = engine.bounds
     if Does.BRINGS in OF_CODE[code].does and not engine.bounded:
         far = max(map(abs, (*rows["x"].tolist(), *rows["y"].tolist())))
@@ -137,8 +137,8 @@ def _bounds_with(engine: Engine, rows: Rows, code: int) -> tuple[Bounds, float]:
 
 
 def _has_place_for(engine: Engine, code: int, rows: Rows, commands: CommandSupport) -> bool:
-    """Whether commands can run without preparing the phases again: they are compiled into the loop, the phase
-    inserts and removes bodies, and an inserted body has a slot (``has_vacancy`` of the kernel)."""
+    """Returns True if commands can run without preparing the phases again: they are compiled into the loop,
+    the phase inserts and removes bodies, and an inserted body has a slot (``has_vacancy`` of the kernel)."""
     if engine.commands < commands or (commands == CommandSupport.ALL and not engine.composition.living):
         return False
     if code != INSERTED:

@@ -1,10 +1,10 @@
-"""Commands of a run: the agenda of those to come, and the history of interactive ones.
+"""Commands of a run: the agenda of commands to come, and the history of interactive ones.
 
 Commands of the present span of the clock are the rows of ``k.commands`` from ``command`` to ``commands`` of
-``k.clock[0].lists``; those of later spans wait in the agenda, in ticks since the start. An interactive
-command runs next: its row goes in front of the waiting ones, into rows that are free, so its cost does not
-depend on their number. The history is kept as bytes: as objects, the ten million commands of an hour of a
-game would take four times the memory, and Python's collector would scan them.
+``k.clock[0].lists``; commands of later spans wait in the agenda, in ticks since the start. An interactive
+command runs next: its row is written into the free rows before the waiting ones, so its cost does not depend
+on their number. The history is kept as bytes: as objects, the ten million commands of an hour of a game would
+take four times the memory, and Python's collector would scan them.
 """
 
 import math
@@ -35,7 +35,7 @@ COMMAND_ROWS = np.dtype((np.record, COMMAND))
 """Rows whose fields are attributes too, as hooks read them in Python."""
 
 PACKED = Struct("=" + "".join({"i4": "i", "i8": "q", "f8": "d"}[COMMAND[name].str[1:]] for name in _NAMES))
-"""A row as bytes: it is packed, and copied, in one step where NumPy takes one for each field."""
+"""A row as bytes: packed, and copied, in one step; NumPy takes one step for each field."""
 
 _LEADING = ("tick", "x", "y", "vx", "vy", "radius", "mass", "body", "code", "after")
 assert _NAMES[: len(_LEADING)] == _LEADING
@@ -44,13 +44,13 @@ _ZEROS = (0,) * (len(_NAMES) - len(_LEADING))
 _FALLING = [each.code for each in doing(Does.FALLS)]
 
 STILL = (0.0,) * 6
-"""Place, velocity, radius and mass where a command has none."""
+"""Place, velocity, radius and mass of a command without them."""
 
 FRONT = 64
 """Initial number of free rows for interactive commands."""
 
 LONGEST = 1 << 20
-"""Bytes of commands above which no others are joined to them: a frame of a game waits for that copy."""
+"""Bytes of a block above which no commands are joined to it: a frame of a game waits for that copy."""
 
 LAST = 64
 """The number of commands, or of sets of turns, that are joined to a history at once."""
@@ -60,7 +60,7 @@ Bases = tuple[tuple[int, int], ...]
 
 
 class Command(NamedTuple):
-    """One command, at ``ticks`` since the start; the tick of its row is not used."""
+    """One command, at ``ticks`` since the start; the tick in its row is not used."""
 
     ticks: int
     row: Any
@@ -72,7 +72,7 @@ class Command(NamedTuple):
 
     @property
     def moment(self) -> tuple[int, int]:
-        """When it happens: its tick since the start, and after how many contacts."""
+        """Its tick since the start, and the number of contacts of this tick before it."""
         return self.ticks, int(self.row["after"])
 
     @property
@@ -105,11 +105,11 @@ _COLUMNS = {
     "acceleration": ("ax", "ay"),
     "shape": ("form",),
 }
-"""The columns of a row for a field of a command; others have one of their own name."""
+"""The columns of a row for a field of a command; other fields have one column of their own name."""
 
 
 class Planned(NamedTuple):
-    """Commands as they run, with their ticks since the start; those of the rows are not used."""
+    """Commands as they run, with their ticks since the start; the ticks in the rows are not used."""
 
     ticks: tuple[int, ...]
     rows: Rows
@@ -156,7 +156,7 @@ def packed(tick: int, disc: Sequence[float], body: int, code: int, after: int) -
 
 
 def number_of(shape: Shape, mass: float, scene: Scene) -> int:
-    """Returns the number of a shape in a scene's table, for bodies of this mass; if none, that of shapes."""
+    """Returns a shape's number in a scene's table, for bodies of this mass; without one, its length."""
     for number, each in enumerate(scene.shapes):
         if each == shape and (mass == math.inf or number in scene.movable_shapes):
             return number
@@ -166,7 +166,7 @@ def number_of(shape: Shape, mass: float, scene: Scene) -> int:
 def squares_of(rows: Rows, drop: float) -> float:
     """Returns the sum of mass * speed^2 over commands: twice the energy that they can add, with ``drop`` for
     each insertion, acceleration and move, which it can gain by falling; 0 for immovable bodies."""
-    if len(rows) == 1 and not drop:  # without what NumPy does around one number
+    if len(rows) == 1 and not drop:  # without NumPy's overhead for one number
         mass, vx, vy = (float(rows[name].item()) for name in ("mass", "vx", "vy"))
         return 0.0 if mass == math.inf else mass * (vx * vx + vy * vy)
     return float(np.dot(*_masses_and_squares(rows, drop)))
@@ -183,7 +183,7 @@ def _masses_and_squares(rows: Rows, drop: float) -> tuple[Array, Array]:
 
 
 class Agenda:
-    """Commands as they run: by tick, re-anchorings first, then as given; ``later`` those of later spans."""
+    """Commands as they run: by tick, re-anchorings first, then as given; ``later`` has later spans."""
 
     def __init__(self, later: Planned) -> None:
         self.later = later
@@ -236,7 +236,7 @@ class Agenda:
         return next(self._to_come(k, clock), None)
 
     def first_of_each(self, k: Kernel, clock: Clock) -> dict[int, int]:
-        """Returns by occupied slots the kernel's tick of the first command for the body, if there is one."""
+        """Returns, by slots, the kernel's tick of the first command for each present body that has one."""
         first: dict[int, int] = {}
         for command in self._to_come(k, clock):
             slot = int(k.slots[command.body])
@@ -245,7 +245,7 @@ class Agenda:
         return first
 
     def brings(self, k: Kernel, clock: Clock, body: int) -> bool:
-        """Whether a body is still to be inserted by one of the commands."""
+        """Returns True if one of the commands is still to insert a body."""
         return any(each.code == INSERTED and each.body == body for each in self._to_come(k, clock))
 
     def squares(self, k: Kernel, drop: float) -> float:
@@ -264,7 +264,7 @@ def _behind(ticks: Sequence[int] | Array, after: Array, tick: int) -> int:
 
 
 def command_of(row: Any, base: int) -> Command:
-    """Returns a row as a command; ``base`` is that of the clock whose ticks it has."""
+    """Returns a row as a command; ``base`` is the clock's base for the row's tick."""
     return Command(int(row["tick"]) + base * TICKS, row)
 
 
@@ -290,7 +290,7 @@ def anchor_again(tables: Tables, bodies: Array) -> None:
 
 
 def to_the_front(tables: Tables, rows: Rows) -> None:
-    """Puts commands of the present moment before all that wait."""
+    """Puts commands of the present moment before all waiting ones."""
     many, lists = len(rows), tables.fields.lists
     if many > lists.command[0]:
         tables.k = _with_rows(tables.k, waiting(tables.k), max(FRONT, 2 * many))
@@ -300,14 +300,14 @@ def to_the_front(tables: Tables, rows: Rows) -> None:
 
 
 class KindHistory(NamedTuple):
-    """What commands tell of kinds, which have numbers here: (kind, how many in a row) of the inserted bodies,
-    in their order; and by the number of a body the last one that it has been given."""
+    """The kinds that commands give, as numbers: (kind, count) for each run of inserted bodies, in their
+    order; and, by the body's number, the last kind that a command gave it."""
 
     inserted: tuple[tuple[int, int], ...] = ()
     changed: Mapping[int, int] = {}
 
     def with_rows(self, rows: Rows) -> "KindHistory":
-        """Returns this with what later commands tell."""
+        """Returns this history with the kinds of later commands."""
         new = ((kind, 1) for kind in rows["kind"][rows["code"] == INSERTED].tolist())
         runs = groupby([*self.inserted[-1:], *new], itemgetter(0))
         inserted = tuple((kind, sum(many for _, many in run)) for kind, run in runs)
@@ -317,9 +317,9 @@ class KindHistory(NamedTuple):
 
 
 class History:
-    """Commands that have been run, in the order in which they were given; unless they are ``kept``, only what
-    they tell of kinds. It never changes, so a snapshot shares it. The last ``LAST`` wait until it is read;
-    blocks of about one size are joined."""
+    """Commands that have run, in the given order; unless they are ``kept``, only their kinds. It never
+    changes, so a snapshot shares it. The last ``LAST`` commands are joined when it is read; blocks of about
+    one size are joined."""
 
     def __init__(
         self,
@@ -328,7 +328,7 @@ class History:
         told: KindHistory | None = None,
         kept: bool = True,
     ) -> None:
-        self.names: Mapping[str, int] = {}  # of inserted bodies that have one
+        self.names: Mapping[str, int] = {}  # of inserted bodies with a name
         self.kept = kept
         self._rows = rows
         self._told = told or KindHistory()
@@ -343,12 +343,12 @@ class History:
 
     @property
     def told(self) -> KindHistory:
-        """What all commands tell of kinds."""
+        """The kinds that all commands have given."""
         self._take_in_last()
         return self._told
 
     def with_rows(self, rows: Rows, base: int) -> "History":
-        """Returns these commands and others after them; ``base`` is that of the clock of their ticks."""
+        """Returns these commands and others after them; ``base`` is the clock's base for their ticks."""
         history = History(self._rows, self._bases, self._told, self.kept)
         history._last, history.names = (*self._last, (base, rows.tobytes())), self.names
         if len(history._last) >= LAST:
@@ -366,11 +366,11 @@ class History:
         self._last = ()
 
     def played(self, scene: Scene, clock: Clock) -> list[SceneCommand]:
-        """Returns these commands with a scene's, at their exact times, and without the scene's for bodies
-        that had been removed by then.
+        """Returns these commands with a scene's, at their exact times, except the scene's commands for bodies
+        that had been removed before.
 
-        A planned command comes before those by hand of its tick, unless it waited then for an insertion
-        without room: such commands are given the number of contacts of what overtook them.
+        A planned command precedes the commands by hand of its tick, unless it waited then for an insertion
+        without room: such a command gets the contact number of the command that overtook it.
         """
         played, names = list[SceneCommand](), {body: name for name, body in self.names.items()}
         planned, gone = deque(scene.commands), set()
@@ -400,7 +400,7 @@ class History:
 
 
 def _joined(blocks: tuple[bytes, ...], new: bytes) -> tuple[bytes, ...]:
-    """Returns blocks with a new one, joined with those before it that are no longer than it."""
+    """Returns blocks with a new one, joined with the blocks before it that are not longer."""
     kept = list(blocks)
     while kept and len(kept[-1]) <= len(new) <= LONGEST:
         new = kept.pop() + new

@@ -1,12 +1,12 @@
 """The engine: the Python side of the kernel, which works between two chunks of the compiled loop.
 
-``layout`` and ``bounds`` return tables and bounds for it. Above it are commands by hand (``by_hand``), spans
-of the clock (``spans``), and going back (``kept``).
+``layout`` and ``bounds`` return tables and bounds for it. The layer above has commands by hand (``by_hand``),
+spans of the clock (``spans``), and the return to a snapshot (``kept``).
 
-There is one way to make a structure: build it at the present moment (``lay_out``), as at the start. So it is
-made where a run goes on from a saved state (``RunState``), pairs outgrow their table, a command adds more
-energy than the skin allows for, bodies without walls fly far, or a body is inserted without a slot. That
-cannot change an answer, only take time (docs/one-answer.md).
+There is one way to make a structure: build it at the present moment (``lay_out``), as at the start. This
+happens if a run continues from a saved state (``RunState``), pairs outgrow their table, a command adds more
+energy than the skin allows for, bodies without walls fly far, or a body is inserted without a slot. It costs
+time, and cannot change an answer (docs/one-answer.md).
 """
 
 import math
@@ -85,18 +85,18 @@ MOST_UNITS = 2**62
 """Units of the clock that a run with bodies can have: contacts have them in 64 bits."""
 
 _ACTED_ON = {FAULT, BLOCKED, NO_ROOM, LOG_FULL, FASTER, CROWDED, COMMAND_DUE}
-"""The reasons of the loop that ask the engine for something; the others are what a run asks for."""
+"""The reasons of the loop that the engine acts on; the other reasons are ends that a run has requested."""
 
 CHUNK_SECONDS = 0.2
 FIRST_BUDGET, FIRST_AS_PYTHON = 1 << 12, 1 << 6
 
 UNNOTICED = 0.2
-"""CPU seconds as Python after which another process begins to compile the loop."""
+"""After so many CPU seconds as Python, another process begins to compile the loop."""
 
 
 class WatchedContacts(NamedTuple):
-    """Contacts to stop at, or ``before`` them: of ``kinds``, flags (kinds, kinds + 1) of which the walls are
-    the last column; those of bodies with ``flags``, by their numbers; and of ``pairs`` of numbers."""
+    """Contacts to stop at, or ``before`` them: of ``kinds``, flags (kinds, kinds + 1) with walls in the last
+    column; of bodies with ``flags``, by their numbers; and of ``pairs`` of numbers."""
 
     kinds: npt.NDArray[np.uint8]
     flags: Mapping[int, int] = {}
@@ -110,14 +110,14 @@ class Engine(Tables):
     Attributes:
         scene: the scene, with the shapes and the accelerations that were added by hand.
         bounds: limits that no body exceeds, and the skin that follows from them.
-        commands, history: which commands the loop is composed with, and the interactive ones so far.
-        numbers: how many body numbers have been given, or will be by the scene.
+        commands, history: the commands that the loop supports, and the interactive ones so far.
+        numbers: the number of body numbers in use, also of bodies that the scene will insert.
         cpu_seconds, compile_seconds: processor time in the loop, and for compiling or loading it.
-        python_seconds, python_events, python_contacts: how much of the former, and of the run, was as Python.
+        python_seconds, python_events, python_contacts: the part of these, and of the run, as Python.
         audits: number of audits without a violation.
         busy: a chunk is under way, including the transfer of its log.
-        broken: the error after which this engine cannot continue, or None.
-        passed: how often the clock's base has moved, by a span or many.
+        broken: the error that keeps this engine from continuing, or None.
+        passed: the number of moves of the clock's base, by a span or many.
         overlapping: (m, 2) the pairs that overlap at the start and have not begun to pass yet.
     """
 
@@ -130,7 +130,7 @@ class Engine(Tables):
         state: RunState | None = None,
         keep_commands: bool = True,
     ) -> None:
-        """An engine of a scene, at its start or in a ``state``, for which the composition is prepared."""
+        """An engine of a scene, at its start or in a ``state``; the composition is prepared for it."""
         self.scene = scene if state is None else widened(scene, state.shapes, state.pull)
         self._listed = len(scene.shapes)
         self.composition = composition
@@ -167,7 +167,7 @@ class Engine(Tables):
 
     @property
     def time(self) -> float:
-        """The present time, in the scene's time: the requested one, if the run has ended at it."""
+        """The present time, in the scene's time: the requested time, if the run has ended there."""
         return self._requested if self._requested is not None else self.clock.time(self.now)
 
     @property
@@ -177,12 +177,12 @@ class Engine(Tables):
 
     @property
     def jammed(self) -> bool:
-        """Whether it has ended with a jam, which a command may end."""
+        """True if it has ended with a jam; a command may resolve it."""
         return self.fields.fault.code[0] in JAMS
 
     @property
     def can_go_on(self) -> bool:
-        """Whether it has not ended with a fault, but for a jam."""
+        """True if no fault other than a jam has ended it."""
         return self.broken is None and (self.jammed or not self.fields.fault.code[0])
 
     @property
@@ -199,12 +199,12 @@ class Engine(Tables):
 
     @property
     def runs_compiled(self) -> bool:
-        """Whether the loop is machine code already."""
+        """True if the loop is machine code already."""
         return self.is_ready and not self.as_python
 
     def compile(self, wholly: bool = False) -> None:
-        """Compiles the loop, or loads it from the disk cache, and the search for room if it may be needed.
-        Where the run begins as Python, nothing is compiled unless ``wholly``."""
+        """Compiles the loop, or loads it from the disk cache, and the search for room if a run may need it.
+        If the run begins as Python, it compiles nothing unless ``wholly``."""
         if self.runs_compiled:
             return
         loop = self.loop
@@ -236,7 +236,7 @@ class Engine(Tables):
 
     @property
     def begins_as_python(self) -> bool:
-        """Whether the next events run as Python."""
+        """True if the next events run as Python."""
         wanted = self._wanted
         if wanted is None:
             return not self.loop.is_worth(self.packed)
@@ -249,7 +249,7 @@ class Engine(Tables):
 
     def _make_ready(self) -> None:
         with Interruptible():
-            if self.commands == CommandSupport.ALL:  # first: a run goes over when its loop is on the disk
+            if self.commands == CommandSupport.ALL:  # first: a run switches once its loop is on the disk
                 found = np.zeros(0, dtype=np.int64)
                 make_ready(self.composition.find_room, self.packed[0], np.zeros(0, COMMAND_ROWS), found)
             make_ready(self.loop, *self.packed, 0, 0, 0, 0)
@@ -258,8 +258,8 @@ class Engine(Tables):
         """Runs one chunk of the loop, takes over its log, acts on its reason, and returns the reason.
 
         ``contacts`` is the largest total number of contacts, ``most`` the largest number of events now,
-        ``quota`` that of contacts at tick ``until``. No signal comes between the loop and its log
-        (``Unbroken``). Raises ZenoError, MissedContactError or PhaseError for a fault.
+        ``quota`` the largest number of contacts at tick ``until``. No signal interrupts between the loop and
+        its log (``Unbroken``). Raises ZenoError, MissedContactError or PhaseError for a fault.
         """
         if self.as_python or not self.is_ready:
             self.compile()
@@ -270,7 +270,7 @@ class Engine(Tables):
             if self.jammed and self.due:
                 fields.fault.code[0] = 0  # a command may end the jam
             if self.ledger.reads:
-                if len(self.k.log) < len(self.k.met):  # where bodies pass, more of them need more room
+                if len(self.k.log) < len(self.k.met):  # with passings, more bodies need more room
                     self.k = self.k._replace(log=layout.with_room(self.k.log, len(self.k.met)))
                 rows = len(self.k.log)
             fields.lists.rows[0] = rows
@@ -316,8 +316,8 @@ class Engine(Tables):
         return reason
 
     def _respond(self, reason: int) -> int:
-        """Acts on the reason for which the loop has stopped; returns the reason for a caller: BUDGET_SPENT
-        after a chunk that only made room, COMMAND_DUE if it did for a command that has not run yet."""
+        """Acts on the reason of the loop's stop; returns a reason for the caller: BUDGET_SPENT after a chunk
+        that only made room, COMMAND_DUE if it made room for a command that has not run yet."""
         if reason not in _ACTED_ON:
             return reason
         if reason == FAULT:
@@ -325,7 +325,7 @@ class Engine(Tables):
         if reason == BLOCKED:
             command = self.k.commands.view(np.ndarray)[self.fields.lists.command[0]]
             raise blocked(self.k, self.clock, command.copy(), int(self.fields.fault.b[0]))
-        watched = self.fields.stops.due[0]  # what wants room or a wider skin may be an event to stop at, too
+        watched = self.fields.stops.due[0]  # an event that needs room or skin may be one to stop at, too
         if reason == NO_ROOM:
             self._grow_pairs()
         elif reason == FASTER:
@@ -338,13 +338,13 @@ class Engine(Tables):
             before = self.now
             if self._make_slot():
                 return COMMAND_DUE
-            self._take_over(before)  # passings that the command has begun or ended: these count already
+            self._take_over(before)  # passings that the command began or ended: they count already
             watched = self.fields.stops.due[0]
         self.fields.stops.due[0] = 0
         return WATCHED if watched else BUDGET_SPENT
 
     def _demand_rules(self) -> None:
-        """Raises PhaseError where a response has written into its rule: no saved run has what is in it."""
+        """Raises PhaseError if a response has written into its rule: saved runs do not contain rules."""
         rules = self.composition.rules
         if rules is not None and rules.foreign and self.k.rules.tobytes() != rules.table.tobytes():
             changed = (np.asarray(self.k.rules) != np.asarray(rules.table)).tolist().index(True)
@@ -363,11 +363,11 @@ class Engine(Tables):
         self.ledger.take(self.k, self.fields, self.count.logged[0])
 
     def arrive(self, until: float | None) -> None:
-        """Sets the end of a run: ``time`` is now the requested one, until the next event."""
+        """Sets the end of a run: ``time`` is now the requested time, until the next event."""
         self._requested = until
 
     def watch(self, stop: WatchedContacts | None) -> None:
-        """Sets the contacts at which the loop stops; None: none."""
+        """Sets the contacts that stop the loop; None: it does not stop."""
         self.fields.stops.watching[0] = stop is not None
         if stop is None:
             return
@@ -384,7 +384,7 @@ class Engine(Tables):
         self.fields.stops.before[0] = stop.before
 
     def audit(self) -> None:
-        """Checks all between two events; AuditError for the first violation, or UnawaitedContactError."""
+        """Checks every invariant between two events; AuditError or UnawaitedContactError at a violation."""
         self.build()
         skin = self.bounds.skin.delta
         with Interruptible():
@@ -396,7 +396,7 @@ class Engine(Tables):
 
     @property
     def built(self) -> bool:
-        """Whether structure and calendar are built, with all requested pairs."""
+        """True if structure and calendar are built, with all requested pairs."""
         fields = self.fields
         return bool(fields.built[0] and fields.calendar.filed[0] and not fields.lists.wanted[0])
 
@@ -452,7 +452,7 @@ class Engine(Tables):
         return self.bounds._replace(speed=speed, extent=extent, skin=skin)
 
     def reach_of_flight(self, speed: float, spans: int) -> float:
-        """How far from the origin a body can be at this speed within a number of spans."""
+        """Returns the largest distance of a body from the origin, at this speed, within some spans."""
         far = np.abs(positions_now(self.k)).max(axis=0, initial=0.0)
         return extent_of(self.scene, self.walled, speed, far, spans)
 
@@ -495,7 +495,7 @@ class Engine(Tables):
 
     def renew(self) -> None:
         """Prepares the phases for the present bodies, and lays the tables out for them. Raises Refused, with
-        nothing changed, if one does not accept that."""
+        nothing changed, if a phase refuses."""
         self._go_on_with(layout.renewed(self.k, self.scene, self.composition))
 
     def _go_on_with(self, new: layout.Renewed) -> None:
@@ -504,7 +504,7 @@ class Engine(Tables):
         self._take_loop(self.commands)
         try:
             self.lay_out(self.speed)
-        except Refused:  # by the skin: the tables of before are as they were
+        except Refused:  # because of the skin: the previous tables are unchanged
             self.composition, self.k, self.state, self.loop, self.is_ready = was
             raise
 
@@ -514,7 +514,7 @@ class Engine(Tables):
         self.commands, self.loop, self._enter = commands, loop, None
 
     def _make_slot(self) -> bool:
-        """Prepares the phases again for an insertion or removal; returns whether it has still to run."""
+        """Prepares the phases again for an insertion or removal; returns True if that has still to run."""
         k, composition = self.k, self.composition
         first, many = int(k.clock[0].lists.command), max(self._waiting - self._behind, 1)
         if composition.living:
@@ -529,7 +529,7 @@ class Engine(Tables):
         return composition.living
 
     def make_numbers(self, numbers: int) -> None:
-        """Has room for so many numbers of bodies."""
+        """Makes room for so many numbers of bodies."""
         if numbers > len(self.k.slots):
             more, watch = (0, numbers + 64), self.k.watch
             self.k = self.k._replace(slots=np.pad(self.k.slots, more, constant_values=NOBODY))
@@ -537,7 +537,7 @@ class Engine(Tables):
                 self.k = self.k._replace(watch=np.pad(watch, more))
 
     def allow(self, commands: CommandSupport) -> None:
-        """Takes a loop with these commands, and free slots where bodies may come."""
+        """Takes a loop with these commands, and free slots if they may insert bodies."""
         if commands > self.commands:
             self._take_loop(commands)
             if commands == CommandSupport.ALL and self.composition.living:
@@ -546,20 +546,20 @@ class Engine(Tables):
     # Commands by hand (``by_hand``)
 
     def demand_a_run(self) -> None:
-        """Raises the error with which the run has ended, unless a command may end that."""
+        """Raises the error that has ended the run, unless a command may resolve it."""
         self._demand_whole()
         if not self.can_go_on:
             raise failure(self.k, self.composition, self.clock.time(self.now))
 
     def widen(self, scene: Scene) -> None:
-        """Goes on in a scene with more shapes, or larger accelerations."""
+        """Continues in a scene with more shapes, or larger accelerations."""
         self.scene, self.fall_bounds = scene, (drop_of(scene), chord_speed(scene))
         self.bounds = self.bounds._replace(squares=math.inf)
         self.renew()
 
     def fit(self, bounds: Bounds, commands: CommandSupport, speed: float | None) -> None:
-        """Has these bounds and a loop with these commands, ready to run; with the tables laid out for a
-        speed, unless it is None."""
+        """Takes these bounds and a loop with these commands, ready to run; lays the tables out for a speed,
+        unless it is None."""
         self.bounds = bounds
         self.allow(commands)
         self.compile()
@@ -567,12 +567,12 @@ class Engine(Tables):
             self.lay_out(speed)
 
     def run_first(self, rows: Rows) -> None:
-        """Runs commands now, before any contact, and after those of the scene that run now; but before an
-        insertion of these that waits for room. Raises Refused for the first of them that has none."""
+        """Runs these commands now, before any contact; after the scene's commands of this moment, but before
+        a scene's insertion that waits for room. Raises Refused for the first of these without room."""
         self.ledger.holds_rows = True
         try:
             if self.due:
-                with suppress(Refused):  # of an insertion without room
+                with suppress(Refused):  # an insertion without room
                     self._run_commands()
                 rows["after"], rows["overtakes"] = self.met_now, self.due
             self._behind = self._waiting
@@ -581,15 +581,15 @@ class Engine(Tables):
         except Refused:
             refused = self._waiting - self._behind
             if refused > 0:
-                self.fields.lists.command[0] += refused  # that they waited is all that has changed
+                self.fields.lists.command[0] += refused  # they only waited: nothing else has changed
                 raise
         finally:
             self._behind, self.ledger.holds_rows = NONE_BEHIND, False
 
     def blockers(self, rows: Rows) -> Integers:
-        """Returns for each body that commands insert, one by one, the slot or the wall that it would reach
-        into, NO_BLOCKER, or NO_BLOCKER - 1 - i for the i-th; the loop would find the same, after a copy of
-        all tables."""
+        """Returns the blocker of each body that these commands insert, one by one: a slot or a wall that it
+        would reach into, NO_BLOCKER - 1 - i for the body of command i, or NO_BLOCKER. The loop would find the
+        same, but it needs a copy of all tables."""
         found = np.empty(len(rows), dtype=np.int64)
         if self._search is None:
             compiled = not (self.as_python if self.is_ready else self.begins_as_python)
@@ -604,13 +604,13 @@ class Engine(Tables):
         return int(self.fields.lists.commands[0] - self.fields.lists.command[0])
 
     def _run_commands(self) -> None:
-        """Runs what precedes the next contact now; Refused at an insertion without room, which then waits."""
+        """Runs now all that precedes the next contact; Refused at an insertion that waits for room."""
         quota = self.met_now
         while True:
             try:
                 if self.chunk(self.now, UNLIMITED, quota=quota) == TIME_REACHED:
                     return
-            except ZenoError:  # passings begin and end by a command, and may fill a window of contacts
+            except ZenoError:  # a command begins and ends passings, which may fill a window of contacts
                 if not self.due:
                     return  # all commands have run; the next run reports the jam
 
@@ -623,5 +623,5 @@ class Engine(Tables):
 
     @property
     def rests(self) -> bool:
-        """Whether nothing is scheduled; a body that is accelerated never rests."""
+        """True if nothing is scheduled and no body is accelerated: accelerated bodies never rest."""
         return bool((self.k.queue.key == NEVER).all())

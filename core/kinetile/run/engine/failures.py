@@ -1,5 +1,5 @@
-"""Errors for faults of the compiled loop, of which it leaves a number and two slots: each with a type, a
-time, the numbers of the bodies, the responsible phase, and the correct behaviour."""
+"""Errors for faults of the compiled loop, which leaves a number and two slots: each error has a type, a time,
+the numbers of the bodies, the responsible phase, and the correct behaviour."""
 
 import math
 from typing import Any
@@ -31,7 +31,7 @@ _OF_SLOTS = (
     *(tables.LATE_CONTACT, tables.TOO_DEEP, *tables.JAMS, tables.STALLED, tables.NOT_FINITE),
     *(tables.BAD_RESPONSE, tables.ADDED_ENERGY),
 )
-"""Faults of present bodies, which the loop reports by their slots; users know them by numbers."""
+"""Faults of present bodies, which the loop reports by their slots; users have their numbers."""
 
 _BROKEN = {
     tables.BAD_PARTNER: "named body {b} as the first that body {a} meets, which is no body of the scene",
@@ -41,7 +41,7 @@ _BROKEN = {
     tables.BAD_PAIR: "reported the pair ({a}, {b}), which is not two bodies of the scene",
     tables.UNKNOWN_PAIR: "removed the pair ({a}, {b}), which was not in its pair set",
 }
-"""What a phase has done that the protocol does not allow."""
+"""Actions of a phase that the protocol does not allow."""
 
 
 def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
@@ -79,7 +79,7 @@ def failure(k: Kernel, composition: Composition, time: float) -> KinetileError:
         return PhaseError(f"{at} {_bad_response(k, composition, fault, slots, named)}")
     if fault == tables.STALLED:
         return StalledError(
-            f"{at} {phase} does not get on: its certificates, the last of them that of body {a}, "
+            f"{at} {phase} makes no progress: its certificates, the last one of body {a}, "
             "fail again and again at the same moment"
         )
     if fault >= tables.MY_FAULT:
@@ -114,8 +114,8 @@ def _bad_response(k: Kernel, composition: Composition, fault: int, slots: tuple[
 
 def blocked(k: Kernel, clock: Clock, command: Any, blocker: int) -> Refused:
     """Returns the error for an inserted body without room: the body or wall that it would reach into
-    (``blocker``, a slot or a wall's code), and how deep; or for another kind, which would part two that pass.
-    Its text is made when it is read, for games."""
+    (``blocker``, a slot or a wall's code), and the depth; or for a new kind that would meet a passed body.
+    Its text is made at its first reading, for games."""
     ticks = clock.total(int(command["tick"]))
     who, other = 0, None
     if blocker >= 0:
@@ -156,7 +156,7 @@ collide = to_be_filled_in
 
 
 def part_head_on(k: Kernel, a: int, b: int) -> float:
-    """Makes two bodies meet head on, along x; returns how fast they part. A template, as ``loop.advance``."""
+    """Template, as ``loop.advance``: makes two bodies meet head on, along x; returns the parting speed."""
     k = disowned(k)
     one = k.bodies[a]
     two = k.bodies[b]
@@ -171,7 +171,7 @@ def part_head_on(k: Kernel, a: int, b: int) -> float:
 
 
 def _pass_through(k: Kernel, composition: Composition, a: int, b: int) -> bool:
-    """Whether the narrow phase leaves two bodies flying towards each other at a contact, tried on a copy."""
+    """True if, on a copy, the narrow phase lets two bodies fly towards each other after a contact."""
     if composition.pair is None:
         return False
     aside = Kernel(*(table.copy() for table in k))

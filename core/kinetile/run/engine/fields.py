@@ -1,6 +1,6 @@
 """Fast access to fields of the clock and the counts between two chunks, and the occupied slots.
-``k.clock[0].now`` makes two objects of NumPy's, for two microseconds, some hundred times between two frames
-of a game; a view of a field's eight bytes that is made once costs a twentieth of that."""
+``k.clock[0].now`` makes two objects of NumPy, for two microseconds, some hundred times between two frames of
+a game; a view of a field's eight bytes, made once, costs a twentieth."""
 
 from collections.abc import Iterable, Iterator
 from types import SimpleNamespace
@@ -14,8 +14,8 @@ from kinetile.kernel.compiled import Packed, bound
 from kinetile.kernel.tables import Kernel, Quantity, Records, column, declared, slots_taken
 
 Fields: TypeAlias = Any
-"""``fields_of(table).name[0]`` is the field ``name`` of the only record of a table, to read and to write; of
-a record within it ``fields_of(table).record.name[0]``."""
+"""``fields_of(table).name[0]`` is the field ``name`` of the only record of a table, for reading and writing;
+``fields_of(table).record.name[0]`` is a field of a record within it."""
 
 
 def fields_of(table: Records) -> Fields:
@@ -27,7 +27,7 @@ def fields_of(table: Records) -> Fields:
 
 
 def ticks_of(tables: Iterable[Any], *quantities: Quantity) -> Iterator[Integers]:
-    """Yields the columns of tables with such ticks."""
+    """Yields the columns of tables with ticks of these quantities."""
     for table in tables:
         for field in declared(table.dtype, *quantities) if len(table) else ():
             yield column(table, field.name)
@@ -57,9 +57,9 @@ class Tables:
     loop: Any
     _packed: Any = None
     _enter: Any = None
-    as_python: bool = False  # whether the loop runs as Python
+    as_python: bool = False  # the loop runs as Python
     _search: Any = None
-    _ticks: list[Integers] | None = None  # their columns of ticks, and those of the phase
+    _ticks: list[Integers] | None = None  # their columns of ticks, and the phase's
     _command_bytes: memoryview | None = None
 
     @property
@@ -111,13 +111,13 @@ class Tables:
         return known.slots
 
     def _with_newcomers(self, known: _Taken, number: npt.NDArray[np.int32]) -> npt.NDArray[np.intp]:
-        """Returns those that are still taken by the same bodies, and the slots of higher numbers: all, unless
-        a planned body has come, whose number is lower."""
+        """Returns the slots still taken by the same bodies, and the slots of higher numbers: all, unless a
+        planned body has been inserted, whose number is lower."""
         came = self._k.slots[known.numbers[-1] + 1 :]
         return np.concatenate([known.slots[number[known.slots] == known.numbers], came[came >= 0]])
 
     def forget_taken(self) -> None:
-        """The occupied slots are to be found again."""
+        """Forgets the occupied slots: they are found again."""
         self._taken = None
 
     @property
@@ -127,12 +127,12 @@ class Tables:
 
     @property
     def met_now(self) -> int:
-        """How many contacts have happened at the present tick."""
+        """The number of contacts that have happened at the present tick."""
         return int(self.fields.met_there[0]) if self.fields.met_tick[0] == self.fields.now[0] else 0
 
     @property
     def due(self) -> int:
-        """How many commands run now, before the next contact (``may_come`` says it of the next one alone)."""
+        """The number of commands that run before the next contact (``may_come`` is for the next alone)."""
         place = first = self.fields.lists.command[0]
         end = self.fields.lists.commands[0]
         if first < end:

@@ -1,5 +1,5 @@
-"""An engine at one moment, to go back to at the price of a copy: what a refused command leaves unchanged,
-and what a snapshot holds."""
+"""An engine at one moment, which can be restored at the price of a copy: for refused commands, which leave it
+unchanged, and for snapshots."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -20,8 +20,8 @@ from kinetile.run.interrupts import Unbroken
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """An engine at one moment, structure and all: its attributes, its tables with copies of their contents,
-    the clock's base, and what ledger and agenda had."""
+    """An engine at one moment, with its structure: its attributes, its tables with copies of their contents,
+    the clock's base, and the contents of ledger and agenda."""
 
     engine: Engine
     values: Mapping[str, Any]
@@ -56,7 +56,7 @@ class Kept:
 
     @classmethod
     def of(cls, engine: Engine) -> Self:
-        """Returns what an engine is between two chunks."""
+        """Returns the present engine, between two chunks."""
         names = [name for name in engine.k._fields if name not in ("met", "log")]
         tables = [*(getattr(engine.k, name) for name in names), *engine.state]
         return cls(
@@ -69,7 +69,7 @@ class Kept:
         )
 
     def go_back(self) -> None:
-        """Makes the engine what it was: its own tables have their contents of then again."""
+        """Restores the engine: its own tables get the contents of that moment."""
         engine = self.engine
         vars(engine).update(self.values)
         for table, content in self.tables:

@@ -1,5 +1,5 @@
-"""Tables of the kernel, made of their contents: at the start, where a saved run goes on, and for the bodies
-of a run whose phases are prepared again.
+"""Tables of the kernel, made from their contents: at the start, for a saved run that continues, and for the
+bodies of a run whose phases are prepared again.
 
 All of them are new objects, which the engine adopts: if a phase refuses, the old ones stay in use.
 """
@@ -54,8 +54,8 @@ LOG_ROWS = 1 << 14
 
 
 def tables_of(contents: Contents, numbers: int, composition: Composition, unit: float) -> Kernel:
-    """Returns tables with these contents, in which these numbers of bodies can have slots, for phases
-    prepared for these bodies, or for one more that is to be inserted; ``unit`` is that of the clock.
+    """Returns tables with these contents, with slots for body numbers up to ``numbers``, for phases that are
+    prepared for these bodies, or for one more that is to be inserted; ``unit`` is the clock's unit.
 
     Raises PhaseError if there is no memory for the requests of the broad phase.
     """
@@ -147,7 +147,7 @@ def more_passings(k: Kernel, room: int) -> Kernel:
 
 
 def _with_passings(k: Kernel, passings: Array, places: npt.NDArray[np.int32]) -> Kernel:
-    """Returns tables with these passings, in the lists of their bodies, and what follows for the bodies."""
+    """Returns tables with these passings, in the lists of their bodies, and with the bodies' counts."""
     count, traits = len(passings), k.traits
     table = record_table(PASSING, count)
     copy_carried(passings, table, places)
@@ -168,14 +168,14 @@ def _with_passings(k: Kernel, passings: Array, places: npt.NDArray[np.int32]) ->
 
 def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
     """Writes the values that follow from the bounds: the bodies' reach, the validity and accuracy of the
-    common clock, and the radii for which the phases have been prepared."""
+    common clock, and the radii that the phases are prepared for."""
     clock, prepared = k.clock[0], composition.prepared
     limits = clock.limits
     skin, extent, speed = bounds.skin, bounds.extent, bounds.speed
-    # Where masses are one number, no insertion finds a place before the phases are prepared for it.
+    # If the masses are one number, the phases are prepared again before any insertion.
     limits.least = math.inf if k.mass.strides == (0,) else prepared.radius.min(initial=math.inf)
     limits.widest = prepared.radius.max(initial=0.0)
-    if len(k.forms):  # the longest reach to a side may be that of a body whose circle is not the widest
+    if len(k.forms):  # the longest reach to a side may belong to a body whose circle is not the widest
         longest = np.max([k.forms[side] for side in OF_SIDES], axis=0)
         widest = longest[prepared.shape].max(initial=0.0)
         k.forms.prepared = (longest <= widest) & (longest >= longest[prepared.shape].min(initial=math.inf))
@@ -193,7 +193,7 @@ def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
 
 
 class Renewed(NamedTuple):
-    """Phases, and tables for them, with which a run continues."""
+    """Phases, and tables for them, for the rest of a run."""
 
     composition: Composition
     k: Kernel
@@ -202,14 +202,14 @@ class Renewed(NamedTuple):
 def renewed(
     k: Kernel, scene: Scene, composition: Composition, coming: Records | None = None, roomy: bool = False
 ) -> Renewed:
-    """Prepares the phases for the present bodies, and for those that commands insert, if given; with twice as
-    many slots if they are all taken, or if ``roomy``. Raises Refused if a phase does not accept that."""
+    """Prepares the phases for the present bodies, and for bodies that given commands insert; with twice as
+    many slots if all are taken, or if ``roomy``. Raises Refused if a phase does not accept that."""
     contents, slots = contents_of(k), len(k.bodies)
     needed = len(contents.plans) + (0 if coming is None else len(coming))
     capacity = max(2 * slots, needed, LEAST_SLOTS) if roomy or needed > slots else slots
     present = present_scene(contents.plans, contents.clock["now"], scene, capacity, coming)
     new = _renewed(k, contents, scene, composition.prepared_for(present))
-    if coming is not None:  # all before it has happened: where a run has stopped does not count
+    if coming is not None:  # all before it has happened: the stop of a run does not count
         new.k.clock.now = coming.tick[0]
     return new
 
@@ -239,7 +239,7 @@ def carried_out(k: Kernel, scene: Scene, composition: Composition, many: int) ->
 
 def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Composition) -> Renewed:
     new = tables_of(contents, len(k.slots), composition, scene.time_unit)
-    if len(k.pairs) > len(new.pairs):  # they have outgrown what the phase asks for
+    if len(k.pairs) > len(new.pairs):  # they have outgrown the room that the phase requests
         new = pair_set(new, len(k.pairs))
     watched = {name: getattr(k, name) for name in ("watch", "watched", "watched_kinds")}
     new = new._replace(met=with_room(k.met, len(new.met)), log=k.log, **watched)
@@ -249,11 +249,11 @@ def _renewed(k: Kernel, contents: Contents, scene: Scene, composition: Compositi
 
 
 FEW = 256
-"""Heads in a chunk; from fewer no length is taken."""
+"""The smallest number of heads in a chunk that sets a length."""
 
 
 def steps(count: Fields) -> int:
-    """Returns how many entries came to the head so far, except guesses that were right."""
+    """Returns the number of entries at the head so far, except right guesses."""
     return int(count.asks[0] + count.structural[0])
 
 
@@ -281,8 +281,8 @@ def _shift(k: Kernel, ticks: float) -> int:
 
 
 def as_bytes(table: Array) -> Array:
-    """Returns records as bytes, padding included, which are copied ten times as fast, and other arrays as
-    they are: not a copy."""
+    """Returns a view of records as bytes, padding included, which copies ten times as fast; other arrays as
+    they are."""
     plain = np.asarray(table)
     packed = plain.dtype.names is not None and plain.flags.c_contiguous
     return plain.reshape(-1).view(np.uint8) if packed else plain

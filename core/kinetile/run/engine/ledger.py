@@ -1,6 +1,6 @@
-"""Ledger of a run: its contacts, their fingerprint, and the rows for a recorder. Contacts that are kept are
-hashed, and their times as floats computed, when they are read, so that a chunk costs a copy; where none are
-kept they are hashed at once."""
+"""Ledger of a run: its contacts, their fingerprint, and the rows for a recorder. Kept contacts are hashed,
+and get their times as floats, when they are read, so that a chunk costs only a copy; contacts that are not
+kept are hashed at once."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -22,8 +22,8 @@ KEPT_ROW = np.dtype([("when", "i8"), ("a", "i4"), ("b", "i4")])
 epoch of its chunk's first contact. A chunk is shorter than 1,024 epochs (``kernel.clock``)."""
 
 LONG = 1 << 16
-"""Contacts of a run after which more of them are kept on large pages: to be given the pages of 4 KiB costs
-twice what the copy does (7 of 10 ns a contact). A short run does not take megabytes."""
+"""The number of contacts after which more of them are kept on large pages: getting pages of 4 KiB costs twice
+as much as the copy (7 of 10 ns a contact). A short run does not take megabytes."""
 
 AT_ONCE = 2 * PAGE // KEPT_ROW.itemsize - 4
 """Rows that fill two large pages, with the room that ``record_table`` adds."""
@@ -39,8 +39,8 @@ ContactRow = tuple[int, int, int, int]
 
 
 class Entries(NamedTuple):
-    """The contents of a ledger at one moment: the number of rows, the contacts (None if none are kept; a
-    read-only view), their digest, the rows that wait for a recorder, and those that wait for a step."""
+    """The contents of a ledger at one moment: the number of rows, the contacts (a read-only view; None if
+    they are not kept), their digest, the rows that wait for a recorder, and the rows that wait for a step."""
 
     rows: int
     contacts: Rows | None
@@ -52,11 +52,11 @@ class Entries(NamedTuple):
 class Ledger:
     """Takes over the loop's log chunk by chunk.
 
-    A recorder (``recording``) is given every row; rows of commands between two runs wait for the next one
-    (``holds_rows``). ``rows`` is their total number, ``keeps`` whether contacts are kept at all.
+    A recorder (``recording``) receives every row; rows of commands between two runs wait for the next one
+    (``holds_rows``). ``rows`` is their total number; ``keeps`` is True if contacts are kept.
     ``pending_events`` are contacts that no step has returned yet (passings that begin at the start, or begin
-    or end together with a command), None while a run goes past all events. ``latest`` of the first rows of
-    ``k.met`` were taken over last. ``complete`` is False if an error has kept rows from a reader.
+    or end together with a command), None while a run passes all events. The last ``latest`` contacts are the
+    first rows of ``k.met``. ``complete`` is False if an error has kept rows from a reader.
     """
 
     def __init__(self, clock: Clock, entries: Entries) -> None:
@@ -68,7 +68,7 @@ class Ledger:
         self._clock = clock
         self.pending_events: list[ContactRow] | None = []
         self.latest = 0
-        self._room = np.empty(0, KEPT_ROW)  # for what is kept of later chunks
+        self._room = np.empty(0, KEPT_ROW)  # for contacts of later chunks
         self.entries = entries
 
     @property
@@ -84,13 +84,13 @@ class Ledger:
         self.keeps = entries.contacts is not None
         if self.pending_events is not None:
             self.pending_events = list(entries.pending_events)
-        self._unrecorded = list(entries.unrecorded)  # rows that wait, before those that are put aside
-        # Rows, the clock's base that their ticks count from, and whether bodies were accelerated then.
+        self._unrecorded = list(entries.unrecorded)  # rows that wait, before the ones below
+        # Rows, the clock's base that their ticks count from, and True if bodies were accelerated then.
         self._held: list[tuple[bytes, int, bool]] = []
-        self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch, and what is kept
+        self._waiting: list[tuple[int, Any]] = []  # for each chunk its first epoch and kept rows
         self._kept = np.zeros(0, CONTACT) if entries.contacts is None else entries.contacts
-        self._count = self._total = len(self._kept)  # of those in one array, and of all, with those that wait
-        self._chunks = 0  # of those that wait, that are in the digest
+        self._count = self._total = len(self._kept)  # contacts in one array, and all with the waiting ones
+        self._chunks = 0  # the number of waiting chunks in the digest
         self._digest = entries.digest.copy()
 
     @property
@@ -106,8 +106,8 @@ class Ledger:
         return contacts
 
     def contacts_since(self, count: int) -> Rows:
-        """The contacts after the first ``count``; the cost depends on the number of new ones only: older ones
-        are not moved to one array, whose growth would be noticeable in a frame."""
+        """Returns the contacts after the first ``count``; the cost depends only on the number of new ones:
+        older ones are not moved to one array, whose growth would be noticeable in a frame."""
         self._demand_kept()
         if count < self._count or 2 * count < self._total:
             return self.contacts[count:]
@@ -145,17 +145,17 @@ class Ledger:
 
     @property
     def reads(self) -> bool:
-        """Whether the long rows of present events are read, or will be."""
+        """True if the long rows of present events are read, or will be."""
         return self.holds_rows or self._recorder is not None or self._observer is not None
 
     @property
     def records(self) -> bool:
-        """Whether all rows of present events are kept, those of plans that the clock anchors again too."""
+        """True if all rows of present events are kept, also of plans that the clock anchors again."""
         return self.holds_rows or self._recorder is not None
 
     @property
     def rows_that_wait(self) -> int:
-        """How many rows wait for a recorder."""
+        """The number of rows that wait for a recorder."""
         return sum(map(len, self._that_wait()))
 
     def recording(
@@ -164,9 +164,8 @@ class Ledger:
         counter: RowFunction | None = None,
         observer: RowFunction | None = None,
     ) -> AbstractContextManager[None]:
-        """A context in which a recorder is given all rows, first those that have waited, ``observer`` the
-        others, and ``counter`` the short rows of contacts (``kernel.log.CONTACT_ROW``), valid during the
-        call."""
+        """A context that gives a recorder all rows, waiting ones first, ``observer`` the rows of the run, and
+        ``counter`` the short rows of contacts (``kernel.log.CONTACT_ROW``), valid during the call."""
         waiting = [] if recorder is None else self._that_wait()
         self._unrecorded, self._held = [], []
         self._recorder, self._counter, self._observer = recorder, counter, observer
@@ -207,7 +206,7 @@ class Ledger:
                 self._held.append((long.tobytes(), self._clock.base, accelerated))
             if self._observer is not None:
                 self._observer(_rows(long, self._clock, accelerated))
-        else:  # these contacts are missing: what waits for a recorder is no beginning of theirs
+        else:  # these contacts are missing: waiting rows are not their beginning
             self._unrecorded, self._held = [], []
         if logged and self._counter is not None:
             self._counter(np.asarray(k.met)[:logged])
@@ -252,9 +251,9 @@ class Ledger:
 
 
 def _kept(met: Any, kept: Any) -> tuple[int, Any]:
-    """Writes a shorter row for each of a chunk to ``kept``; returns the first epoch, and these."""
+    """Writes a shorter row for each contact of a chunk to ``kept``; returns the first epoch and the rows."""
     first = int(met["epoch"][0])
-    when = kept["when"]  # without temporary arrays, which cost as much again
+    when = kept["when"]  # without temporary arrays, which would double the cost
     np.subtract(met["epoch"], first, out=when)
     np.multiply(when, TICKS, out=when)
     np.add(when, met["tick"], out=when)

@@ -1,9 +1,9 @@
-"""Compiling meanwhile: a process of its own compiles a loop into the disk cache while a run begins as Python.
+"""Compiling meanwhile: another process compiles a loop into the disk cache while a run begins as Python.
 
-The process makes the same engine from the same scene, at a lower priority, and ends by itself: also where the
-run has ended before, since the next one will want the loop. One of them compiles at a time, and what another
-has compiled is not compiled again: the lock is on the folder of the cache, leaves no file, and is released by
-the system when a process dies. Ctrl-C in a terminal ends it with the run.
+The process makes the same engine from the same scene, at a lower priority, and ends by itself, even after the
+end of the run, since the next run will need the loop. One process compiles at a time, and compiles nothing
+that another one has compiled: the lock is on the folder of the cache, leaves no file, and the system releases
+it when a process dies. Ctrl-C in a terminal ends it with the run.
 """
 
 import multiprocessing
@@ -28,9 +28,9 @@ class Meanwhile:
 
     @property
     def runs(self) -> bool:
-        """Whether it has not ended yet."""
+        """True until it has ended."""
         if self._process:
-            with suppress(ChildProcessError):  # the program waits for all of its children by itself
+            with suppress(ChildProcessError):  # the program itself waits for all of its children
                 if os.waitpid(self._process, os.WNOHANG) == (0, 0):
                     return True
         self._process = 0
@@ -38,11 +38,11 @@ class Meanwhile:
 
 
 NO_PROCESS = Meanwhile(0)
-"""Stands for no process, and for one that has ended."""
+"""No process, or an ended one."""
 
 
 def compile_meanwhile(loop: Any, of: Composition, commands: CommandSupport) -> Meanwhile:
-    """Starts the process that compiles the loop of a composition; NONE where it could not, or should not:
+    """Starts the process that compiles the loop of a composition; NO_PROCESS if it could not, or should not:
     there is one processor, this is a worker or a fork, or the loop cannot be kept on disk."""
     worker = multiprocessing.parent_process() is not None or os.getpid() != _PROCESS
     able = hasattr(os, "posix_spawn") and sys.executable and not getattr(sys, "frozen", False)
@@ -50,7 +50,7 @@ def compile_meanwhile(loop: Any, of: Composition, commands: CommandSupport) -> M
         return NO_PROCESS
     prepared = type(of.prepared), vars(of.prepared)  # by itself it would be the scene of the start
     wanted = prepared, of.broad_phase, of.narrow_phases, of.options, commands
-    with suppress(Exception), tempfile.TemporaryFile() as file:  # a scene may hold what cannot be pickled
+    with suppress(Exception), tempfile.TemporaryFile() as file:  # pickling a scene may fail
         pickle.dump(wanted, file)
         file.seek(0)
         paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
@@ -67,7 +67,7 @@ def _processors() -> int:
 
 
 def is_compiling() -> bool:
-    """Whether such a process is at work."""
+    """Returns True if such a process runs."""
     with suppress(ImportError, FileNotFoundError, NotADirectoryError):
         import fcntl
 

@@ -1,10 +1,10 @@
-"""Spans of the clock: ticks counted from a later base, and spans in which nothing can happen.
+"""Spans of the clock: moves of the base that ticks count from, and spans that cannot have an event.
 
 A span costs about a tenth of a millisecond of Python. In a scene that is slow for its clock (for its size, or
-because a faster body is planned) millions of spans pass between two contacts, so those in which provably
-nothing happens pass in one step (``skip``). What has to be done in them is to anchor plans, every
-second span for each body, or every second beat on a torus, because the rounding of that is part of the answer
-(docs/specification.md, rule 8). All of a body's anchorings in a step are a few operations (``flown``).
+because a faster body is planned), millions of spans pass between two contacts. So spans that provably have no
+event pass in one step (``skip``). Their only work is to anchor plans, every second span for each body, or
+every second beat on a torus, because the rounding of an anchor is part of the answer (docs/specification.md,
+rule 8). All anchorings of a body in a step are a few operations (``flown``).
 """
 
 import math
@@ -34,19 +34,19 @@ from kinetile.run.engine.kept import unchanged_if
 from kinetile.run.interrupts import Unbroken
 
 FEWEST_SPANS = 4
-"""The fewest spans that are skipped in one step, after which the structure is built again."""
+"""The smallest number of spans that one step skips; the structure is built again after it."""
 
 MOST_SPANS = 1 << 50
-"""How many are, at most: their beats are counted in 64 bits."""
+"""The largest number of spans in one step: their beats are counted in 64 bits."""
 
 MOST_SPANS_OPEN = 1 << 40
-"""The same without an arena: bodies fly so far in a step, and the rounding of where they are then counts."""
+"""The same without an arena: so far bodies fly in a step, and the rounding of their positions then counts."""
 
 MOST_WORK = 1 << 22
-"""Sums in one step on a torus, some 400 each time that a body goes round: more would keep signals waiting."""
+"""The number of sums in one step on a torus, some 400 for each crossed period: more would delay signals."""
 
 MOST_PAIRS = 1 << 18
-"""Pairs that are looked at together: memory."""
+"""The number of pairs that are compared together: it bounds memory."""
 
 
 def count_from_next(k: Kernel, columns: Iterable[Integers]) -> None:
@@ -65,19 +65,19 @@ def quiet_spans(
     periods: tuple[float, float],
     most: int,
 ) -> int:
-    """Returns for how many spans from now, ``most`` at most, the bodies in some slots can have no contact.
+    """Returns the number of spans from now, at most ``most``, without a contact of the bodies in some slots.
 
-    No contact can come before its gap can be closed: between two bodies, through each image, and between a
-    body and the wall ahead, with room for the rounding of new anchors. Two discs that part, or pass each
-    other at more than that room, do not meet (rule 5: where B >= 0). ``walls`` and ``periods`` are of the two
-    axes: where the far wall is, and the period, or 0.
+    No contact can precede the earliest time of a closed gap: between two bodies, through each image, and
+    between a body and the wall ahead, with room for the rounding of new anchors. Two discs that part, or pass
+    each other at more than that room, do not meet (rule 5: where B >= 0). ``walls`` and ``periods`` have, for
+    both axes, the position of the far wall, and the period, or 0.
     """
     bodies = k.bodies.view(np.ndarray).take(taken)
     place, radius, reach = positions_now(k, taken), bodies["radius"], reaches_of(k)[taken]
     velocity = velocities_after(*plans_now(k, taken))
     span = float(SPAN) * float(k.clock[0].tick) * (1.0 + 1e-9)  # room for a tick, and for these roundings
     speed = np.abs(velocity).max()
-    a_span = SPAN // BEAT if any(periods) else 1  # twice what a body is anchored in a span
+    a_span = SPAN // BEAT if any(periods) else 1  # twice the anchorings of a body in a span
     if not any(walls) and not any(periods):
         most = min(most, MOST_SPANS_OPEN)
     far = summed = np.abs(place).max()
@@ -90,14 +90,14 @@ def quiet_spans(
     if any(periods):
         work = min(a_span, 400.0 * sum(speed * span / period for period in periods if period))
         most = int(min(most, MOST_WORK / (len(taken) * work))) if work > 0.0 else most
-    rounding = far * 2.0**-52  # how far places and their differences may be off
-    drift = a_span * summed * 2.0**-52  # and two bodies, by the sums that are rounded in a span
+    rounding = far * 2.0**-52  # the largest error of places and their differences
+    drift = a_span * summed * 2.0**-52  # and of two bodies, by the rounded sums of a span
     quiet = float(most)
 
     def until(gap: Any, closing: Any) -> Any:
         return (gap - 4.0 * rounding) * (1.0 - 1e-9) / (closing * span + drift)
 
-    # Bodies that hardly move have spans without number: an infinite chord leaves the bound by the gap.
+    # Bodies that hardly move have very many spans: an infinite chord leaves the bound by the gap.
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for axis, wall in enumerate(walls):
             there, flies = place[:, axis], velocity[:, axis]
@@ -118,11 +118,11 @@ def quiet_spans(
             for image in product(*((-period, 0.0, period) if period else (0.0,) for period in periods)):
                 apart = nearest + image
                 gap = np.hypot(apart[..., 0], apart[..., 1]) - reaches
-                if len(k.sides):  # the circles around shapes overlap before these meet, and are wide
+                if len(k.sides):  # circles around shapes are wide, and overlap before the shapes meet
                     gap = np.maximum(gap, box_gaps((-apart[..., 0], -apart[..., 1]), reach[a], reach))
                     found = until(gap, closing)
                 else:
-                    ahead = -(apart * flies).sum(axis=2) / closing  # to where they are nearest
+                    ahead = -(apart * flies).sum(axis=2) / closing  # until they are nearest
                     aside = np.abs(apart[..., 0] * flies[..., 1] - apart[..., 1] * flies[..., 0]) / closing
                     spans = 2.0 * (np.maximum(ahead, 0.0) + 8.0 * rounding) / (closing * span) + 1.0
                     wide = reaches + 8.0 * rounding + drift * spans
@@ -138,13 +138,13 @@ def quiet_spans(
 
 @hook
 def flown(place: float, step: float, times: int, period: float) -> tuple[float, int]:
-    """Returns, bit for bit, where ``place += step`` leads, rounded ``times`` times and each time without its
-    periods (0: no period); and how many periods were taken off.
+    """Returns, bit for bit, the result of ``times`` rounded sums ``place += step``, each reduced by its
+    periods (0: no period); and the number of subtracted periods.
 
-    Between two powers of two all doubles are multiples of one number, so each sum there is rounded by the
-    same: a tie goes to an even multiple, from which the next one goes as far. So from the second sum on a
-    place moves by one length until it comes to a power of two, or to half a period, and its multiples and
-    their sums are exact.
+    Between two powers of two, all doubles are multiples of one number, so each sum there is rounded by the
+    same amount: a tie goes to an even multiple, and the next sum from there moves as far. So from the second
+    sum on, a place moves by one length until it reaches a power of two, or half a period; the multiples of
+    this length and their sums are exact.
     """
     turned = 0
     half = 0.5 * period if period > 0.0 else math.inf
@@ -176,7 +176,7 @@ def flown(place: float, step: float, times: int, period: float) -> tuple[float, 
 @template
 def anchor_many(k: Kernel, body: int, spans: int) -> None:
     """Anchors a plan at each second beat from the first at which it is old, in ``spans`` spans from the end
-    of this one, 4 at least; and count its anchor from their end."""
+    of this one, at least 4; counts its anchor from their end."""
     beat = BEAT if PERIODIC else SPAN
     plan = k.bodies[body]
     first = plan.anchor // beat + 2
@@ -197,7 +197,7 @@ def anchor_many(k: Kernel, body: int, spans: int) -> None:
 
 
 def pass_spans(k: Kernel, spans: int) -> None:
-    """Anchors plans as in ``spans`` spans after this one, and count their anchors from there; a template."""
+    """Template: anchors plans as in ``spans`` spans after this one, and counts their anchors from there."""
     k = disowned(k)
     for body in range(k.clock[0].bodies):
         if k.queue[body].number >= 0:
@@ -227,8 +227,8 @@ def move_base(engine: Engine, end: int | None) -> None:
 
 
 def skip(engine: Engine, end: int | None, most: int) -> int:
-    """Skips spans in one step, ``most`` at most, in which nothing happens up to ``end`` (in ticks since
-    the start); returns their number. None with a recorder: anchors are rows."""
+    """Skips spans without an event in one step, at most ``most``, up to ``end`` (in ticks since the start);
+    returns their number. With a recorder it skips no spans: anchors are rows."""
     clock, scene, wall = engine.k.clock[0], engine.scene, engine.composition.wall
     elsewhere = wall is not None and wall.inside is not inside_arena  # its walls may be anywhere
     awaited = any((ticks != NEVER).any() for ticks in ticks_of([engine.k.clock], Quantity.DUE))
@@ -261,6 +261,6 @@ def skip(engine: Engine, end: int | None, most: int) -> int:
             for past in ticks_of(engine.k, Quantity.PAST):
                 past[...] = LONG_AGO
             engine.lay_out(engine.speed)
-    except Refused:  # in an open plane, by a skin for distant bodies: the next spans will report it
+    except Refused:  # in an open plane, the skin for distant bodies: the next spans will report it
         return 0
     return quiet

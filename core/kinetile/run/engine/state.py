@@ -1,6 +1,6 @@
-"""The state of a run at one moment, without what is built from it: the broad phase's structure and the queue.
-Tables of the kernel are made from it alone. Bodies go by their numbers: a slot is a place in the tables of
-one engine."""
+"""The state of a run at one moment, without the parts that are built from it, the broad phase's structure and
+the queue. Tables of the kernel are made from it alone. It identifies bodies by their numbers: a slot is a
+place in the tables of one engine."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Self
@@ -31,9 +31,9 @@ from kinetile.scene.shapes import Shape
 
 
 class Contents(NamedTuple):
-    """What is carried of tables, in records of the types ``CARRIED_ROWS``: (n,) flight plans in the order of
-    numbers, each with what belongs to its body; (m,) pairs that pass through each other, by numbers, in their
-    order; the commands that wait; the counts; and the clock. Slots are numbers of bodies in it."""
+    """The carried contents of tables, in records of the types ``CARRIED_ROWS``: (n,) flight plans in the
+    order of numbers, each with its body's values; (m,) pairs that pass through each other, by numbers, in
+    their order; the waiting commands; the counts; and the clock. Numbers of bodies replace slots in it."""
 
     plans: Array
     passings: Array
@@ -67,7 +67,7 @@ def passings_of(k: Kernel) -> Array:
 
 
 def contents_at_start(scene: Scene) -> Contents:
-    """Returns the contents with which the run of a scene begins; the periods are taken off its places."""
+    """Returns the contents at the begin of a scene's run; places are reduced by their periods."""
     plans, clock = (
         begun(np.zeros(len(scene), CARRIED_ROWS["plans"])),
         begun(np.zeros(1, CARRIED_ROWS["clock"])),
@@ -91,19 +91,19 @@ def contents_at_start(scene: Scene) -> Contents:
 
 
 USED = ("cpu_seconds", "compile_seconds", "python_seconds", "python_events", "python_contacts")
-"""Fields of a state that say what a run has taken."""
+"""Fields of a state with the costs of a run."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunState:
-    """What an engine begins with, and what is saved of it between two chunks.
+    """The first state of an engine, and the saved state between two chunks.
 
-    ``base`` is that of the clock; ``bounds`` are those in force, without extent and skin, which follow from
-    where bodies are. ``commands`` are those that the loop is composed with, ``later`` those of later spans of
-    the clock, ``history`` the interactive ones so far. ``entries`` are the contents of the ledger,
-    ``requested`` is the requested time if the run has ended at it. ``overlapping``, (m, 2), are pairs near
-    each other at the start, before it is decided which begin to pass; ``shapes`` those added by hand, and
-    ``pull`` the largest accelerations, where they differ.
+    ``base`` is the clock's base; ``bounds`` are the bounds in force, without extent and skin, which follow
+    from the positions of bodies. ``commands`` is the loop's support of commands, ``later`` has commands of
+    later spans of the clock, ``history`` has the interactive ones so far. ``entries`` are the contents of the
+    ledger; ``requested`` is the requested time if the run has ended at it. ``overlapping``, (m, 2), are pairs
+    near each other at the start, before it is decided which begin to pass; ``shapes`` are shapes added by
+    hand, and ``pull`` has the largest accelerations, if they differ.
     """
 
     contents: Contents
@@ -126,7 +126,7 @@ class RunState:
 
     @classmethod
     def at_start(cls, scene: Scene, clock: Clock, keep_contacts: bool, keep_commands: bool) -> Self:
-        """Returns the state with which the run of a scene begins."""
+        """Returns the state at the begin of a scene's run."""
         return cls(
             contents=contents_at_start(scene),
             base=0,
@@ -141,8 +141,8 @@ class RunState:
 
 
 def overlapping(scene: Scene) -> Integers:
-    """Returns (m, 2) the bodies that may overlap at the start, the elder first, in their order: which of them
-    begin to pass is decided where that is done (``responses.begin_at_start``)."""
+    """Returns the pairs of bodies that may overlap at the start, (m, 2), the elder first, in their order;
+    ``responses.begin_at_start`` decides which of them begin to pass."""
     if all(response.name != "pass" for _, response in scene.responses):
         return np.zeros((0, 2), dtype=np.int64)
     overlaps = overlapping_images(scene.position, scene.radius, scene.periods)
@@ -151,6 +151,6 @@ def overlapping(scene: Scene) -> Integers:
 
 
 def numbers_of(scene: Scene, history: History) -> int:
-    """Returns how many numbers bodies have been given, those of planned insertions among them."""
+    """Returns the number of body numbers in use, also for planned insertions."""
     coming = [command.body for command in scene.commands if isinstance(command, Insert)]
     return max([len(scene) - 1, *coming]) + 1 + sum(many for _, many in history.told.inserted)

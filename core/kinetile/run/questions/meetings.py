@@ -1,9 +1,9 @@
 """Contacts to come, by the present flight plans.
 
 The narrow phase computes them as in the loop, one pair after the other in compiled code: so each tick is the
-one that the contact has in the log, if no plan of the two changes before. A contact is *scheduled* if it is
-the first of either of its bodies with any body or wall, and none of them is to change its plan by then. Of
-two bodies that are passing through each other the end of the passing is the next row.
+contact's tick in the log, if no plan of the two changes before. A contact is *scheduled* if it is the first
+contact of both of its bodies with any body or wall, and no command changes their plans before. For two bodies
+that pass through each other, the next row is the end of the passing.
 """
 
 import math
@@ -40,16 +40,16 @@ from kinetile.scene.bodies import nearest_image
 from kinetile.toolbox.differences import DISC, Outline, circle_around, difference_row
 
 Planned = Mapping[int, int]
-"""The kernel's tick at which the body in a slot is to change its plan, by slots."""
+"""By slots, the kernel's tick of a planned change of the body's plan."""
 
 
 class NextContact(NamedTuple):
     """A contact to come, as the row of ``Simulation.contacts`` that it will be.
 
     Attributes:
-        time: when, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
+        time: its time, in the scene's time; (epoch, tick) is the same exactly (``kinetile.kernel.log``).
         epoch, tick: whole time units since the scene's start, and ticks of 2**-52 of one after that.
-        a, b: a body, and another one, b > a, or b < a where they end to pass through each other; or a wall:
+        a, b: a body, and another one, b > a, or b < a if they end to pass through each other; or a wall:
             -1 left, -2 right, -3 bottom, -4 top.
     """
 
@@ -61,8 +61,8 @@ class NextContact(NamedTuple):
 
 
 class CastHit(NamedTuple):
-    """The ``body``, or the wall, that what is cast meets first, how far from its start it is then
-    (``distance``), and when: numbers of walls, ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
+    """The first contact of a cast body: the ``body`` or the wall that it meets, its ``distance`` from its
+    start then, and the time; numbers of walls, ``time``, ``epoch`` and ``tick`` as in ``NextContact``."""
 
     time: float
     epoch: int
@@ -72,12 +72,12 @@ class CastHit(NamedTuple):
 
 
 BEGUN, AT_WALL, OF_PAIR, OF_PARTING = range(4)
-"""What comes first for a body, in the order of one tick: a passing of the start that has no row yet, a
+"""The kinds of a body's first event, in the order of one tick: a passing of the start that has no row yet, a
 contact with a wall or a body, the end of a passing."""
 
 
 class _First(NamedTuple):
-    """What comes first for a body: at a kernel's tick, of one of these kinds, with a slot or a wall."""
+    """The first event of a body: the kernel's tick, one of these kinds, and a slot or a wall."""
 
     tick: int
     kind: int
@@ -87,8 +87,8 @@ class _First(NamedTuple):
 def next_contact_of(
     query: Query, a: int, planned: Planned | None = None, among: Integers | None = None, walls: bool = True
 ) -> NextContact | None:
-    """Returns what ``Simulation.next_contact_of`` does, for a slot: with bodies, or with those ``among``
-    these, and ``walls``; with ``planned`` changes of plans if nothing precedes it. Bodies are numbers."""
+    """Returns the next contact of a slot, as ``Simulation.next_contact_of``: with bodies, ``among`` some or
+    all, and ``walls``; with ``planned`` changes, only if nothing precedes it. Bodies are numbers."""
     first = _first_of(query, a, among, walls)
     if first is None or (planned is not None and not _is_first(query, a, first, planned)):
         return None
@@ -101,7 +101,7 @@ def next_contact_of(
 def cast(
     query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point, walls: bool = False
 ) -> CastHit | None:
-    """Returns what ``Simulation.cast`` does: the body of the hit is a slot, or of ``walls`` a wall."""
+    """Returns the hit of ``Simulation.cast``: its body is a slot, or with ``walls`` a wall."""
     ticks = np.full(len(query.slots), NEVER)
     discs = not query.shapes and outline[0] == DISC
     accelerated = query.composition.prepared.accelerated or any(pull)
@@ -125,7 +125,7 @@ def cast(
 def _walls(
     query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point
 ) -> list[tuple[int, int]]:
-    """Returns when what is cast meets walls, as far ahead as bodies, and which, first those of x."""
+    """Returns the contacts (tick, wall) of a cast body, as far ahead as with bodies; walls of x first."""
     clock, (core, r), walls, gaps = query.k.clock[0], outline, list[int](), list[Floats]()
     for axis, side in enumerate((clock.limits.width, clock.limits.height)):
         at, v, a, spots = centre[axis], velocity[axis], pull[axis], [corner[axis] for corner in core]
@@ -149,14 +149,14 @@ def _theirs(query: Query) -> tuple[list[Outline], Integers]:
 
 
 def _overlapping(query: Query, centre: Point, outline: Outline) -> Integers:
-    """Returns which of the bodies overlap one about a place now, by more than rounding."""
+    """Returns the bodies that overlap a body around a place now, by more than rounding."""
     apart, reach = nearest_image(query.places - centre, query.periods), query.radii + circle_around(outline)
     few = np.flatnonzero(np.hypot(*apart.T) < reach)
     return few[gaps_to(*query.cores(few, outline[0]), apart[few]) < outline[1] - 1e-12 * reach[few]]
 
 
 def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, pull: Point | None) -> Kernel:
-    """Returns what ``meet`` reads of the tables, with a body in a last row: anchored now, younger than all,
+    """Returns the tables that ``meet`` reads, with a body in a last row: anchored now, younger than all,
     without a contact so far, and of no kind; with a copy of the clock, which gets faults of overlaps."""
     k, n, periods = query.k, len(query.k.bodies), query.periods
     shaped = bool(query.shapes) or outline[0] != DISC
@@ -164,7 +164,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     bodies = record_table(row if pull is None else accelerated_row, n + 1)
     images, clock = record_table(IMAGE, n + 1 if any(periods) else 0), k.clock.copy()
     images[: len(k.images)] = k.images
-    for name in {*k.bodies.dtype.names} & {*bodies.dtype.names}:  # what holds them is of no use
+    for name in {*k.bodies.dtype.names} & {*bodies.dtype.names}:  # supports are not needed
         bodies[name][:n] = k.bodies[name]
     x, y = (math.remainder(at, p) if p else at for at, p in zip(centre, periods, strict=True))
     body, limits = bodies[n], clock[0].limits
@@ -173,7 +173,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     if pull is not None:
         body.ax, body.ay = pull
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
-    # A period is enough: only along an axis with walls, which has no images, is there no limit to its speed.
+    # # A period is enough: its speed has no limit only along an axis with walls, which has no images.
     clock[0].torus.foreseen = ahead = query.ahead(velocity) if any(periods) else 0
     flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].tick))
     far = flown + MOST_PERIODS * sum(periods) + float(body.radius)
@@ -196,8 +196,8 @@ def _with_differences(query: Query, k: Kernel, outline: Outline) -> Kernel:
 
 
 def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
-    """Whether nothing precedes what comes first for a body, among others, for any of its bodies. Changes of
-    plan go before contacts, except the beginnings of the start."""
+    """Returns True if nothing precedes a body's first event, for any of its bodies. Changes of plans precede
+    contacts, except beginnings of passings at the start."""
     bodies = [(a, first.other)] if first.other < 0 else [(a, first.other), (first.other, a)]
     if first.kind != BEGUN and any(_turns(query, one, planned) <= first.tick for one, _ in bodies):
         return False
@@ -205,8 +205,8 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
 
 
 def _turns(query: Query, body: int, planned: Planned) -> int:
-    """Returns when a body's plan changes without a contact: by a command, at the edge of what it rests on or
-    slides along, or when a command changes that."""
+    """Returns the tick at which a body's plan changes without a contact: by a command, at the edge of the
+    support that it rests on or slides along, or when a command changes that support."""
     turn = planned.get(body, NEVER)
     if not query.composition.prepared.resting:
         return turn
@@ -217,7 +217,7 @@ def _turns(query: Query, body: int, planned: Planned) -> int:
 def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
     others = query.slots if among is None else among
     found = [_First(NEVER, OF_PARTING, a)]
-    if len(others):  # of those at one tick the first by number
+    if len(others):  # in one tick, the first by number
         ticks_of_kinds = _ticks_with(query, a, others).items()
         found += [_First(int(each.min()), kind, int(others[each.argmin()])) for kind, each in ticks_of_kinds]
     if walls and query.composition.wall is not None:
@@ -228,8 +228,8 @@ def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool =
 
 
 def _ticks_with(query: Query, a: int, others: Integers) -> dict[int, Integers]:
-    """Returns when a body meets each of others, as the kernel counts, and when they begin or end to pass
-    through each other, by the kind of event; NEVER where not, or not any more."""
+    """Returns, by the kind of event, the kernel's ticks of a body's contacts with each of others, and of
+    begins and ends of their passings; NEVER without one, or if it is past."""
     pair, passing, k = query.composition.pair, query.composition.passing, query.k
     if pair is None:
         return {}
@@ -264,7 +264,7 @@ def _begin(query: Query, a: int, others: Integers, near: Integers, begins: Integ
 
 
 def wall_of(query: Query, a: int) -> tuple[int, int]:
-    """Returns when a body meets a wall, and which; NEVER where not."""
+    """Returns the tick of a body's contact with a wall, and the wall; NEVER without one."""
     wall = query.composition.wall
     assert wall is not None
     answer = np.zeros(2, dtype=np.int64)
@@ -280,7 +280,7 @@ reach_wall = to_be_filled_in
 
 
 def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -> None:
-    """Writes down when a body meets each of others by their plans; a template, as ``kernel.loop`` has."""
+    """Template (``kernel.loop``): writes the ticks of a body's contacts with each of others."""
     k = disowned(k)
     barred = NOBODY if PERIODIC or UNEQUAL else barred_with(k, body)
     for i in range(len(others)):
@@ -293,7 +293,7 @@ def ticks_of_partners(k: Kernel, body: int, others: Integers, ticks: Integers) -
 
 
 def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: Integers) -> None:
-    """Template: writes down now where a body begins to pass others at once that overlap it at the start."""
+    """Template: writes the present tick for others that overlap a body at the start and pass it at once."""
     k = disowned(k)
     now = k.clock[0].now
     for i in range(len(near)):
@@ -302,13 +302,13 @@ def beginnings(k: Kernel, body: int, others: Integers, near: Integers, ticks: In
 
 
 def tick_of_wall(k: Kernel, body: int, answer: Integers) -> None:
-    """Writes down when a body meets a wall, and which; a template."""
+    """Template: writes the tick of a body's contact with a wall, and the wall."""
     k = disowned(k)
     answer[0], answer[1] = reach_wall(k, k.bodies[body])
 
 
 def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Integers) -> None:
-    """Template: writes down when gaps close, each far - near - radius, with its slope and its pull."""
+    """Template: writes the closing ticks of gaps, each far - near - radius with its slope and its pull."""
     k = disowned(k)
     clock = k.clock[0]
     for i in range(len(gaps)):
@@ -320,14 +320,14 @@ def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Integers) -> None:
 
 @hook
 def shapes_touch(k: Kernel, early: int, late: int, plans: Plans) -> int:
-    """Returns how many ticks after the later anchor a body and the one that is cast touch, or ``NEVER``."""
+    """Returns the ticks from the later anchor until a body and the cast one touch, or ``NEVER``."""
     row = int(k.numbers[1 + k.bodies[early].form * int(k.numbers[0]) + k.bodies[late].form])
     return int(enters(pointer(k.numbers), row, plans, 0, 0))
 
 
 @hook
 def overlaps(_: Kernel, early: int, late: int, dx: float, dy: float) -> float:
-    """Returns 0: a body may be cast from where others are."""
+    """Returns 0: a body may be cast from the place of others."""
     return 0.0
 
 
@@ -349,7 +349,7 @@ meet = to_be_filled_in
 
 
 def ticks_of_cast(k: Kernel, others: Integers, body: int, ticks: Integers) -> None:
-    """Writes down when a body in a row of the tables meets each of others; a template."""
+    """Template: writes the ticks of contacts of a body in a row of the tables with each of others."""
     k = disowned(k)
     for i in range(len(others)):
         ticks[i] = meet(k, others[i], body)

@@ -1,8 +1,8 @@
 """Positions of the present moment: bodies in a box, near a point, on a ray.
 
-A body is all that is within its radius of its core (``kinetile.scene.shapes``); that of a disc is its centre.
-So each question is one of a place and a convex polygon: for a point or a ray that is the core, for a box the
-difference of box and core. The circle around each body comes first. All is computed in doubles.
+A body is the set of points within its radius of its core (``kinetile.scene.shapes``); a disc's core is its
+centre. So each question compares a place with a convex polygon: the core for a point or a ray, the difference
+of box and core for a box. The circle around each body is tested first. All is computed in doubles.
 """
 
 import math
@@ -34,19 +34,19 @@ MOST_PERIODS = 4096
 """Periods that a ray, a cast disc, or a body seen from another may cross: each image on its way is read."""
 
 UNITS_AHEAD = 1000
-"""Units of the clock for which contacts are looked for where axes are periodic."""
+"""The length, in units of the clock, of the search for contacts if axes are periodic."""
 
 OLDEST = 4
-"""Units of the clock: where axes are periodic no plan is older."""
+"""Units of the clock: the largest age of a plan if axes are periodic."""
 
 
 @dataclass(frozen=True)
 class Query:
-    """The present moment of a run, and the bodies in question; out of date as soon as the run goes on.
+    """The present moment of a run, and the bodies in question; invalid as soon as the run continues.
 
-    ``packed`` are the kernel's tables as compiled code takes them; ``slots``, (n,) int64, those of the bodies
-    in question in the order of their numbers, as ties go. Of the ``composition`` only the narrow phases are
-    used. ``overlapping``, (m, 2) slots, are pairs of the start that may pass: undecided yet.
+    ``packed`` are the kernel's tables as compiled code takes them; ``slots``, (n,) int64, are the slots of
+    the bodies in question, in the order of their numbers, which decides ties. Only the narrow phases of the
+    ``composition`` are used. ``overlapping``, (m, 2) slots, are pairs of the start that may pass: undecided.
     """
 
     k: Kernel
@@ -64,13 +64,13 @@ class Query:
 
     @property
     def periods(self) -> tuple[float, float]:
-        """The periods of the axes; 0 for one that is not periodic."""
+        """The periods of the axes; 0 for an axis that is not periodic."""
         torus = self.k.clock[0].torus
         return float(torus.x), float(torus.y)
 
     def ahead(self, velocity: Point = (0.0, 0.0)) -> int:
-        """Returns for how many ticks from now contacts are looked for where axes are periodic, of a body with
-        this velocity too: ``UNITS_AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
+        """Returns the number of ticks, from now, of the search for contacts if axes are periodic, also for a
+        body with this velocity: ``UNITS_AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
         bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].tick) * TICKS
         crossed = 1.0
         for name, own, period in zip(("vx", "vy"), velocity, self.periods, strict=True):
@@ -81,38 +81,38 @@ class Query:
 
     @cached_property
     def until(self) -> int:
-        """The tick before which contacts are looked for, so that a later one is no answer."""
+        """The end of the search for contacts: a contact at this tick or later is no answer."""
         return self.now + self.ahead() if any(self.periods) else NEVER
 
     @cached_property
     def aside(self) -> Any:
-        """The packed tables with a clock of their own: a fault of a narrow phase is not to end the run, which
+        """The packed tables with a clock of their own: a fault of a narrow phase must not end the run, which
         does not look as far ahead."""
         kept = self.k.clock
         clock = np.frombuffer(bytearray(kept.tobytes()), kept.dtype).view(type(kept))  # copy() goes by fields
         if any(self.periods):
             clock[0].torus.foreseen = self.until - self.now + OLDEST * TICKS
-            clock[0].limits.fat += 2.0**-40 * MOST_PERIODS * sum(self.periods)  # as for what is cast
+            clock[0].limits.fat += 2.0**-40 * MOST_PERIODS * sum(self.periods)  # as for a cast body
         return self.packed.replaced("clock", clock)
 
     @cached_property
     def places(self) -> Floats:
-        """(n, 2) where the bodies are, to the bit as ``Simulation.positions`` has them."""
+        """(n, 2) the positions of the bodies, bit for bit as in ``Simulation.positions``."""
         return in_box(positions_now(self.k, self.slots), self.periods)
 
     @cached_property
     def radii(self) -> Floats:
-        """(n,) their radii; of shapes those of the circles around them."""
+        """(n,) their radii; for shapes, the radii of the circles around them."""
         return np.asarray(self.k.radii[self.slots])
 
     @cached_property
     def forms(self) -> Integers:
-        """(n,) the indices of their shapes; 0 where all are discs."""
+        """(n,) the indices of their shapes; 0 if all are discs."""
         return self.k.bodies["form"][self.slots] if self.shapes else np.zeros(len(self.slots), np.int64)
 
     def cores(self, few: Integers, area: Sequence[Point] = ()) -> tuple[Floats, Floats]:
-        """Returns the corners of the cores of a few bodies, (m, most, 2), the last one repeated where there
-        are fewer, and (m,) their radii; with an ``area`` those of the differences of area and core."""
+        """Returns the corners of the cores of a few bodies, (m, most, 2), with the last one repeated if there
+        are fewer, and (m,) their radii; with an ``area``, the corners of the differences of area and core."""
         forms, which = np.unique(self.forms[few], return_inverse=True)
         shapes = [self.shapes[each] for each in forms.tolist()] if self.shapes else []
         cores: list[Sequence[tuple[Any, Any]]] = [each.core for each in shapes] or [DISC] * len(forms)
@@ -124,8 +124,8 @@ class Query:
 
 
 def bodies_in(query: Query, box: Box, inside: bool = False, area: Outline | None = None) -> Integers:
-    """Returns the slots of bodies with a point in a box, or its edges, or all ``inside``; in order. With an
-    ``area``, around which the box is, of bodies in that."""
+    """Returns, in order, the slots of bodies with a point in a box or on its edges, or, if ``inside``, with
+    all points in it. With an ``area``, which the box surrounds, the slots of bodies in the area."""
     held = np.zeros(len(query.slots), dtype=np.bool_)
     for shift in _shifts(box, query.periods, float(query.radii.max(initial=0.0))):
         held |= _in_box(query, query.places + shift, box, inside, area)
@@ -133,8 +133,8 @@ def bodies_in(query: Query, box: Box, inside: bool = False, area: Outline | None
 
 
 def _shifts(box: Box, periods: tuple[float, float], reach: float) -> Iterator[Floats]:
-    """Yields the periods, (2,), to be added to places from 0 to a period so that all images come that a box
-    may touch: of one that is longer than some periods, as many as show every body."""
+    """Yields the periods, (2,), to add to places from 0 to a period for all images that a box may touch. For
+    a box longer than some periods, it yields enough to show every body."""
     ranges = []
     for low, high, period in zip(box[:2], box[2:], periods, strict=True):
         if not period:
@@ -169,8 +169,8 @@ def _in_box(query: Query, places: Floats, box: Box, inside: bool, area: Outline 
 
 
 def gaps_to(corners: Floats, radii: Floats, points: Floats) -> Floats:
-    """Returns how far points are from the outlines of bodies, (m,), below 0 inside: the distance to the core,
-    or within the core that to its outline, negated, less the radius."""
+    """Returns the distances of points from the outlines of bodies, (m,), below 0 inside: the distance to the
+    core, or inside of the core the negated distance to its outline, minus the radius."""
     sides, at = np.roll(corners, -1, axis=1) - corners, points[:, None] - corners
     squares = (sides * sides).sum(axis=2)  # 0 where a corner is repeated
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -181,15 +181,15 @@ def gaps_to(corners: Floats, radii: Floats, points: Floats) -> Floats:
 
 
 def _cross(one: Floats, other: Floats) -> Floats:
-    """Returns cross products, above 0 where the second vector is to the left of the first."""
+    """Returns cross products, above 0 if the second vector is to the left of the first."""
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
 def bodies_near(
     query: Query, point: Point, radius: float | None = None, count: int | None = None
 ) -> Integers:
-    """Returns what ``Simulation.bodies_near`` does, as slots, ties as in ``query.slots``; of a shape not
-    around its position it may be another image that is near than that whose position is nearest."""
+    """Returns the bodies of ``Simulation.bodies_near`` as slots, ties as in ``query.slots``. If a shape is
+    not around its position, the near image may differ from the image whose position is nearest."""
     apart = nearest_image(np.array(point) - query.places, query.periods)
     turns = [(0.0, -period, period) if period and query.shapes else (0.0,) for period in query.periods]
     limit = math.inf if radius is None else radius
@@ -207,7 +207,7 @@ def bodies_near(
 
 
 class RayHit(NamedTuple):
-    """A body that a ray meets, and how far from the ray's origin: 0.0 where that is in the body."""
+    """A body that a ray meets, and its distance from the ray's origin: 0.0 if the origin is in the body."""
 
     body: int
     distance: float
@@ -216,7 +216,7 @@ class RayHit(NamedTuple):
 def ray(
     query: Query, origin: Point, direction: Point, most: int | None = None, within: float | None = None
 ) -> list[RayHit]:
-    """Returns what ``Simulation.ray`` does, as slots, ties as in ``query.slots``; the direction is not 0."""
+    """Returns the hits of ``Simulation.ray`` as slots, ties as in ``query.slots``; the direction is not 0."""
     images: Iterable[tuple[int, int]] = [(0, 0)]
     down = -math.frexp(max(map(abs, direction)))[1]
     u = np.array([math.ldexp(part, down) for part in direction])  # so that no square of it underflows
@@ -244,8 +244,8 @@ def ray(
 
 
 def _entries(corners: Floats, radii: Floats, start: Floats, u: Floats) -> Floats:
-    """Returns after which length a ray enters bodies, (m,), from whose places it begins at ``start``, or inf:
-    over a side of the core, or in the disc around a corner, whichever is first."""
+    """Returns the lengths, (m,), of a ray before it enters bodies, or inf; ``start``, (m, 2), is its origin
+    seen from each. It enters over a side of the core, or in the disc around a corner, whichever is first."""
     sides, at = np.roll(corners, -1, axis=1) - corners, start[:, None] - corners
     n, squares, r = float(u @ u), (sides * sides).sum(axis=2), radii[:, None]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -265,8 +265,8 @@ def _entries(corners: Floats, radii: Floats, start: Floats, u: Floats) -> Floats
 def _images_near(
     origin: Point, flight: Point, periods: tuple[float, float], radius: float
 ) -> Iterator[tuple[int, int]]:
-    """Yields the images, (m, n), of the box from 0 to a period of which a ray comes as near as ``radius``:
-    column by column, the rows beside its part near it, within more than all rounding."""
+    """Yields the images (m, n) of the box from 0 to a period that a ray approaches to ``radius``: column by
+    column, the rows beside the part of the ray near the column, within more than all rounding."""
     near = [
         radius + 2.0**-40 * (abs(at) + abs(way) + period + radius)
         for at, way, period in zip(origin, flight, periods, strict=True)

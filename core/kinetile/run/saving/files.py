@@ -2,10 +2,10 @@
 
 ::
 
-    kinetile_saved_run.npy    the head: JSON as bytes; what is said in words, and which array is what
+    kinetile_saved_run.npy    the head: JSON as bytes; values in words, and the meaning of each array
     plans.npy, ...            flight plans, pairs that pass, waiting commands, counts, clock
     contacts.npy, ...         contacts so far, interactive commands, waiting rows, arrays of the head
-    the archive's comment     SHA-256 of the file with 64 zero bytes in the place of this, in hexadecimal
+    the archive's comment     SHA-256 of the file, in hexadecimal, with 64 zero bytes instead of itself
 
 ``numpy.load`` reads such a file from any writer. The CRC of each member does not cover names, lengths and the
 directory, so the checksum is over all bytes, and nothing is used before it is verified. A file contains
@@ -47,7 +47,7 @@ from kinetile.targets import reason, record_errors, replacing, writable_target
 
 MAGIC = "kinetile_saved_run"
 _FIRST_NAME = slice(30, 30 + len(MAGIC) + 4)
-"""Where the name of the first member lies in an archive: by that a file of ours is known."""
+"""The place of the first member's name in an archive: it identifies our files."""
 _CHECKSUM = 64
 _AT_ONCE = 1 << 24
 _AS_IT_WAS = "; what was there under this name is as it was"
@@ -57,8 +57,8 @@ Arrays = dict[str, Array]
 
 
 def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = None) -> None:
-    """Writes a snapshot to a binary file that can be sought in. Raises RecordError for what cannot be
-    written, such as an option of a phase that is no number, text or list."""
+    """Writes a snapshot to a seekable binary file. Raises RecordError for a value that cannot be written,
+    such as an option of a phase that is no number, text or list."""
     arrays: Arrays = {}
     head = {
         "answer": snapshot.scene.answer,
@@ -71,7 +71,7 @@ def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = No
     except (TypeError, ValueError) as error:
         raise RecordError(f"this simulation cannot be saved with its note: {error}") from error
     hashed = _Hashed(file)
-    archive = zipfile.ZipFile(hashed, "w")  # type: ignore[call-overload]  # it has to write, no more
+    archive = zipfile.ZipFile(hashed, "w")  # type: ignore[call-overload]  # it only has to write
     try:
         for name, array in {MAGIC: np.frombuffer(text, np.uint8), **arrays}.items():
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
@@ -79,14 +79,14 @@ def pack(snapshot: Snapshot, file: BinaryIO, note: Mapping[str, Any] | None = No
         archive.comment = bytes(_CHECKSUM)
         archive.close()
     except BaseException:
-        archive.fp = None  # else it is closed when it is deleted, which fails within a member
+        archive.fp = None  # else deleting it closes it, which fails within a member
         raise
     file.seek(-_CHECKSUM, os.SEEK_END)
     file.write(hashed.sha256.hexdigest().encode())
 
 
 class _Hashed:
-    """A file that can only be written to, and the hash of what was written."""
+    """A file that can only be written to, and the hash of the written bytes."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -112,7 +112,7 @@ def packed(snapshot: Snapshot) -> bytes:
 
 
 def unpack(content: bytes, name: str = "this") -> Snapshot:
-    """Returns the snapshot that was packed; RecordError, which calls it ``name``, if that fails."""
+    """Returns the packed snapshot; RecordError, with the file's ``name``, if that fails."""
     head, arrays = _opened(content, name)
     if head["answer"] != ANSWER:
         raise RecordError(
@@ -138,8 +138,8 @@ copyreg.pickle(Snapshot, lambda snapshot: (unpack, (packed(snapshot), "this pick
 
 @contextmanager
 def no_simulation(name: str) -> Iterator[None]:
-    """Raises RecordError, within this context, for Python's exceptions about values of a file that no
-    simulation has. The checksum detects damage only: a file may contain anything."""
+    """Within this context, raises RecordError for Python's exceptions about a file's values that no
+    simulation has. The checksum detects only damage: a file may contain anything."""
     try:
         yield
     except KinetileError:
@@ -150,7 +150,7 @@ def no_simulation(name: str) -> Iterator[None]:
 
 
 def note(content: bytes, name: str = "this") -> dict[str, Any]:
-    """Returns the note that was packed along with a snapshot; RecordError as ``unpack``."""
+    """Returns the note packed with a snapshot; RecordError as ``unpack``."""
     found = _opened(content, name)[0]["note"]
     return found if isinstance(found, dict) else {}
 
@@ -161,7 +161,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
     sha256.update(bytes(_CHECKSUM))
     if sha256.hexdigest().encode() != content[-_CHECKSUM:]:
         raise RecordError(
-            f"{name} is damaged, or cut off: its checksum does not fit what is in it; nothing was made of it"
+            f"{name} is damaged, or cut off: its checksum does not fit its content; nothing was read from it"
         )
     try:
         with zipfile.ZipFile(BytesIO(content)) as members:
@@ -175,7 +175,7 @@ def _opened(content: bytes, name: str) -> tuple[dict[str, Any], Arrays]:
             arrays = {each: archive[each] for each in archive.files}
         head = json.loads(arrays.pop(MAGIC).tobytes())
         _ = head["answer"], head["layout"], head["note"], head["content"]
-    except Exception as error:  # of zipfile, NumPy, JSON: a hostile archive may raise anything
+    except Exception as error:  # zipfile, NumPy, JSON: a hostile archive may raise anything
         raise RecordError(f"{name} is no saved simulation: {error}") from error
     return head, arrays
 
@@ -190,10 +190,10 @@ _OF_STATE: dict[str, Any] = {
     **dict.fromkeys(("cpu_seconds", "compile_seconds", "python_seconds"), int | float),
     **{"requested": float | int | None, "overlapping": np.ndarray, "shapes": tuple, "pull": tuple | None},
 }
-"""Fields of a run's state that are in the head under their names, with their types."""
+"""Fields of a run's state in the head, by their names, with their types."""
 
 _BOUNDS = 4
-"""Bounds that are saved: the extent and the skin, behind them, follow from where bodies are."""
+"""Saved bounds: the extent and the skin, after them, follow from the positions of bodies."""
 
 _OF_RUN: dict[str, Any] = {"audit": int | None, "start_energy": float, "observed": dict | None}
 """Fields of a snapshot, likewise, in their order."""
@@ -203,7 +203,7 @@ _KINDS: dict[str, Any] = {**_OF_STATE, **_OF_RUN, "commands": int, "told": KindH
 
 @cache
 def layout() -> str:
-    """Returns a digest of how all that is saved is laid out."""
+    """Returns a digest of the layout of all saved values."""
     content = [f"{name} {elements(dtype)}" for name, dtype in CARRIED_ROWS.items()]
     content += [elements(CONTACT), elements(LOG), *Bounds._fields]
     content += [*(field.name for field in fields(Snapshot)), *(field.name for field in fields(RunState))]
@@ -213,12 +213,12 @@ def layout() -> str:
 
 @cache
 def elements(dtype: np.dtype[Any]) -> str:
-    """Returns in words what an element is: names, kinds, order of bytes, places in the record."""
+    """Returns an element's type in words: names, kinds, order of bytes, places in the record."""
     return f"{dtype.descr} in {dtype.itemsize}"
 
 
 def _content(snapshot: Snapshot, arrays: Arrays) -> dict[str, Any]:
-    """Returns the contents of a snapshot, in values for ``to_plain``; adds the arrays of tables."""
+    """Returns the contents of a snapshot as values for ``to_plain``; adds the arrays of tables."""
     state = snapshot.state
     rows, bases = state.history.content
     arrays |= state.contents._asdict()
@@ -277,7 +277,7 @@ def _check_kinds(content: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def _scene(scene: Scene) -> list[Any]:
-    """Returns the inputs of a scene. Of its origin it keeps the values that JSON can hold."""
+    """Returns the inputs of a scene. It keeps the values of its origin that JSON can hold."""
     origin: dict[str, Any] = {}
     for name, value in scene.origin.items():
         with suppress(RecordError):
@@ -317,7 +317,7 @@ def _read_entries(content: Mapping[str, Any], arrays: Arrays, scene: Scene, numb
         digest = Fingerprint()
         digest.update(met.tobytes())
     if digest.hexdigest() != content["fingerprint"]:
-        raise ValueError("its fingerprint is not that of its contacts")
+        raise ValueError("its fingerprint does not fit its contacts")
     pending = _rows(arrays, "pending_events", CONTACT_ROW)
     if not ((pending["a"] >= 0) & (np.maximum(pending["a"], pending["b"]) < numbers)).all():
         raise ValueError("a contact is of a body that has never been there")
@@ -388,7 +388,7 @@ def from_plain(content: Any, arrays: Arrays) -> Any:
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
-    """Returns the file that a path means, links followed; RecordError where there is something else."""
+    """Returns the file that a path means, with links followed; RecordError if it is something else."""
     name = os.fspath(path)
     if not Path(name).name:
         raise RecordError(f"{name!r} names no file: expected the path of a file")
@@ -409,7 +409,7 @@ def write_whole(
     path: str | os.PathLike[str], snapshot: Snapshot, note: Mapping[str, Any] | None = None
 ) -> None:
     """Writes a snapshot to a file, and replaces a saved simulation. If a signal, a full disk or a kill
-    interrupts it, the old file stays. Raises RecordError where it cannot be written."""
+    interrupts it, the old file stays. Raises RecordError if it cannot be written."""
     target = check_target(path)
     try:
         with replacing(target) as file:
@@ -419,7 +419,7 @@ def write_whole(
 
 
 def read_whole(path: str | os.PathLike[str]) -> bytes:
-    """Returns the content of a saved run; RecordError where it cannot be read, or is no saved run."""
+    """Returns the content of a saved run; RecordError if it cannot be read, or is no saved run."""
     with record_errors(f"{os.fspath(path)} cannot be read"), open_regular(path) as file:
         _check_begin(file.read(_FIRST_NAME.stop), os.fspath(path))
         file.seek(0)

@@ -1,5 +1,5 @@
-"""A snapshot: a simulation at one moment, its state (``RunState``) and what the simulation adds. To go on,
-the phases are prepared for the bodies of that moment, in any process and under any broad phase."""
+"""A snapshot: a simulation at one moment, with its state (``RunState``) and the simulation's own values. To
+continue, the phases are prepared for the bodies of that moment, in any process and under any broad phase."""
 
 import hashlib
 import math
@@ -46,11 +46,11 @@ class SavedPhases:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Snapshot:
-    """A simulation at one moment, as ``Simulation.snapshot`` returns it: to restore, to compare.
+    """A simulation at one moment, as ``Simulation.snapshot`` returns it, for restoring and comparing.
 
     Two snapshots are equal if they hold the same bits: the same scene under the same phases, the same plans,
-    commands and contacts. CPU times are not compared, nor counts that depend on the structure, nor what was
-    observed. The contents of a snapshot are private, and may change in the next version.
+    commands and contacts. CPU times, counts that depend on the structure, and observations are not compared.
+    The contents of a snapshot are private, and may change in the next version.
     """
 
     scene: Scene
@@ -69,7 +69,7 @@ class Snapshot:
         return self._values() == other._values() if isinstance(other, Snapshot) else NotImplemented
 
     def __hash__(self) -> int:
-        return int(self.state_fingerprint[:15], 16)  # of a text it would differ between processes
+        return int(self.state_fingerprint[:15], 16)  # the hash of a text would differ between processes
 
     @cached_property
     def state_fingerprint(self) -> str:
@@ -77,7 +77,7 @@ class Snapshot:
         contents, later = self.state.contents, self.state.later
         lengths = (*map(len, contents), self.state.base, later.ticks, self.state.shapes)
         found = [repr(lengths).encode(), later.rows.tobytes(), self.state.overlapping.tobytes()]
-        for rows in (*contents[:3], contents.clock):  # counts tell of the past, stops of the caller
+        for rows in (*contents[:3], contents.clock):  # counts belong to the past, stops to the caller
             names = (each.name for each in declared(rows.dtype, Role.CARRIED))
             found += [rows[name].tobytes() for name in names if not name.startswith("stops.")]
         return hashlib.sha256(b"".join(found)).hexdigest()
@@ -100,7 +100,7 @@ class Snapshot:
 
 
 def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engine:
-    """Returns an engine that goes on from a snapshot of a scene, under the phases of a composition.
+    """Returns an engine that continues from a snapshot of a scene, under the phases of a composition.
     RecordError for another scene or other narrow phases, Refused if the broad phase refuses the bodies."""
     if scene is not snapshot.scene and scene != snapshot.scene:
         raise RecordError(
@@ -120,12 +120,12 @@ def resumed(snapshot: Snapshot, scene: Scene, composition: Composition) -> Engin
 
 
 def check_state(state: RunState, scene: Scene) -> None:
-    """Raises ValueError for a state that no run of a scene has, in O(n). The compiled loop reads indices
-    without looking at them, and a checksum detects damage only: so each value is compared with the range of
-    its quantity, or its table."""
+    """Raises ValueError for a state that no run of a scene has, in O(n). The compiled loop does not check
+    indices, and a checksum detects only damage: so each value is compared with the range of its quantity, or
+    its table."""
     with np.errstate(all="ignore"):
         for text in chain(_of_ranges(state, scene), _of_plans(state, scene), _of_commands(state, scene)):
-            raise ValueError(text)  # the first: what is wrong is no index for the next check
+            raise ValueError(text)  # the first: a wrong value is no index for the next check
 
 
 def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
@@ -145,7 +145,7 @@ def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a count is not finite"
     for table, rows in state.contents._asdict().items():
         for name, _, quantity, _ in declared(rows.dtype):
-            least, most = ranges.get(quantity, (LONG_AGO - SPAN, NEVER))  # of ticks
+            least, most = ranges.get(quantity, (LONG_AGO - SPAN, NEVER))  # ticks
             for value in rows[name][~((rows[name] >= least) & (rows[name] <= most))][:1].tolist():
                 yield f"{name} of its {table} is {value}"
     now, fault = int(state.contents.clock["now"][0]), int(state.contents.clock["fault.code"][0])
@@ -161,7 +161,7 @@ def _of_ranges(state: RunState, scene: Scene) -> Iterator[str]:
 
 
 def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
-    """Bodies are where they can be, no faster than the bound, of a mass and a size; pairs are of two."""
+    """Bodies have possible places, speeds within the bound, a mass and a size; pairs have two bodies."""
     plans, passings, now = state.contents.plans, state.contents.passings, state.contents.clock["now"]
     number = plans["number"].astype(np.int64)
     if not (np.diff(number, prepend=-1) > 0).all():
@@ -173,7 +173,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
     held = np.stack([plans["support"], plans["second"]], axis=-1)
     known = np.isin(held, number) | (held < 0)
     if not (supports <= 2 * scene.resting).all() or not known[np.arange(2) < supports[:, None]].all():
-        yield "a body is held by what is not there"
+        yield "a body has an absent support"
     if scene.resting and not (plans["ledge"] >= now).all():
         yield "a body has not left its support"
     pull = state.pull or scene.pull
@@ -186,7 +186,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
         yield "a body is accelerated by more than the run allows for"
     if (plans["anchor"] > np.maximum(now, 0)).any():
         yield "a plan begins after the present"
-    # Immovable bodies have a speed of their own, which the bound, from energy, does not hold.
+    # Immovable bodies have a speed of their own, which the bound, from energy, does not contain.
     speed = np.hypot(plans["vx"], plans["vy"])[np.isfinite(plans["mass"])]
     if not (speed <= state.bounds.speed * (1.0 + 2.0**-20)).all() or not state.bounds.speed < math.inf:
         yield "a body is faster than the run allows for"
@@ -207,7 +207,7 @@ def _of_plans(state: RunState, scene: Scene) -> Iterator[str]:
 
 
 def _of_commands(state: RunState, scene: Scene) -> Iterator[str]:
-    """Each command is for a body that is there by then, or inserts one that is not, in the order of time."""
+    """Each command is for a body present at its time, or inserts an absent one; they are sorted by time."""
     contents, numbers = state.contents, numbers_of(scene, state.history)
     table, clock = widened(scene, state.shapes, state.pull), Clock(scene.start, scene.time_unit)
     present = set(contents.plans["number"].tolist())
