@@ -221,7 +221,7 @@ def test_the_command_resumes_what_it_observed(tmp_path):
         resumed = printed(f"resume {file} {options} --broad-phase sap-1d")
     assert repr(resumed["observed"]) == repr(expected)
     other = kinetile(f"resume {file} --until 3 --observe energy --observe-to {tmp_path}/out.csv")
-    assert "energy is observed from time 2 on, and nothing of before" in other.stderr
+    assert "energy is observed from time 2 on, not before" in other.stderr
     assert (tmp_path / "out.csv").read_text().splitlines()[1].startswith("energy,E,")
 
 
