@@ -27,7 +27,7 @@ from kinetile.targets import writing_new
 
 _NO_STRUCTURE = (
     "An event file has no structural events and no structure: it holds the motion of the bodies, which is "
-    "the same under every broad phase. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
+    "one under all broad phases. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
 )
 
 ShownPhase = tuple[str | None, Mapping[str, Any]]
