@@ -1,6 +1,6 @@
-"""The part ``drift`` of the report: energy and overlaps in a long run, and contacts under late clocks. They
-are measured at 10^3, 10^4, ... contacts of one run, which audits itself. Other runs of the same scene begin
-with the clock at 2^20 and at 2^40: the contacts must be the same."""
+"""The part ``drift`` of the report: energy and overlaps in a long run, and contacts under late clocks. One
+run, which audits itself, is measured at 10^3, 10^4, ... contacts. Other runs of the same scene begin with the
+clock at 2^20 and at 2^40: the contacts must be the same."""
 
 import math
 from dataclasses import dataclass
@@ -68,7 +68,7 @@ def clocks(scene: kt.Scene, contacts: int) -> list[LateClock]:
 
 
 def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
-    """Measures all of this on the thesis's grid of 100 discs."""
+    """Measures a long run and late clocks on the thesis's grid of 100 discs."""
     most = MOST[budget]
     scene = kt.make_scene(GRID, **PARAMETERS)
     drift = drifts(scene, most, progress)
@@ -129,7 +129,7 @@ def _claims(drift: list[Drift], clock: list[LateClock], most: int) -> tuple[sect
 
 
 def _walk(contacts: int) -> float:
-    """Returns how far a random walk of one rounding a contact comes."""
+    """Returns the distance of a random walk of one rounding a contact."""
     return 2.0**-53 * math.sqrt(contacts)
 
 

@@ -21,7 +21,7 @@ function toSegment([ax, ay], [bx, by]) {
   return Math.hypot(ax + part * dx, ay + part * dy);
 }
 
-/** Twice the signed area of a polygon, and whether it holds the origin: its edges cross the half-line to the right an odd number of times. */
+/** Twice the signed area of a polygon, and true if the origin is inside: its edges cross the half-line to the right an odd number of times. */
 export function areaAround(corners) {
   let [area, inside] = [0, false];
   corners.forEach(([ax, ay], at) => {
