@@ -1,4 +1,4 @@
-"""The part ``oracle`` of the report: how long a run in doubles agrees with the certified oracle."""
+"""The part ``oracle`` of the report: the agreement of a run in doubles with the certified oracle."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from kinetile_accuracy.sections import Column, grouped, listed, number
 
 
 class Requirement(NamedTuple):
-    """A density of the thesis's grid, with how many discs, and the contacts a disc that must agree."""
+    """A density of the thesis's grid, its number of discs, and the contacts a disc that must agree."""
 
     density: float
     bodies: int
@@ -25,12 +25,12 @@ class Requirement(NamedTuple):
 REQUIREMENTS = (Requirement(0.5, 16, 40.0), Requirement(0.1, 16, 13.0), Requirement(0.01, 25, 4.5))
 SEEDS: dict[sections.Budget, int] = {"quick": 3, "normal": 10, "full": 50}
 LONG_ENOUGH = 2000
-"""Contacts of a run that is compared: far more than can agree."""
+"""Contacts of a compared run: far more than can agree."""
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far one run agrees with the oracle."""
+    """The agreement of one run with the oracle."""
 
     phase: Annotated[str, Column("the broad phase of the run", "broad phase")]
     density: Annotated[float, Column("of the scene", "density")]
@@ -112,7 +112,7 @@ def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Hor
 
 
 def findings(rows: Sequence[Horizon]) -> tuple[str, ...]:
-    """Returns how long runs agree, beside what is required, and how errors grow."""
+    """Returns sentences on the agreement of runs, with the requirement, and on the growth of errors."""
     whole, growth = [], []
     for density, some in grouped(rows, "density").items():
         at, paces = f"at density {density:g}", [row.contacts_per_disc for row in some]
