@@ -251,7 +251,7 @@ class Attempt:
         return self._open(f"whether {_name(key)} meet", far, _most(velocity))
 
     def _open(self, doubt: str, far: float, fast: float) -> PossibleEvent:
-        """Returns an event in doubt, of bodies at distance ``far`` that approach at most as fast as ``fast``."""
+        """Returns an event in doubt, of bodies at distance ``far`` that approach no faster than ``fast``."""
         moment = EventTime(self._now.ball)
         moment.low = self._now.low
         if far > 0.0:
