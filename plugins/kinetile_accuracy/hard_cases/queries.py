@@ -1,8 +1,8 @@
 """The part ``queries`` of the report: the contact time of two discs in hard cases, and the errors of answers.
 
 The kernel's answer must be the exact tick, and discs that are anchored at their tick must not overlap by more
-than the proved bound. The answer comes from the hook with which the narrow phase ``disc`` serves the main
-loop; the textbook's answer beside it shows the difficulty. Families are never pooled.
+than the proved bound. The answer comes from the hook that the main loop calls for the narrow phase ``disc``;
+the textbook's answer beside it shows the difficulty. Families are never pooled.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class QueryRow:
     hits: Annotated[int, Column("how many of them meet", "hits")]
     wrong: Annotated[int, Column("answers that are not the exact tick, or not the exact none", "wrong")]
     missed: Annotated[int, Column("contacts that were not found", "missed")]
-    false: Annotated[int, Column("contacts that were found and are none", "false")]
+    false: Annotated[int, Column("contacts that were found but do not exist", "false")]
     depth: Annotated[float, Column("the deepest overlap once both are anchored at the tick", "depth / R")]
     depth_rho: Annotated[float, Column("the same by rho, the bound of that rounding", "depth / rho")]
 
@@ -56,7 +56,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         about=(
             f"{COUNTS[budget]:,} queries of each family, put to the kernel's form (narrow phase disc) and to "
             "the textbook's, (-b - sqrt(b^2 - ac)) / a, in ticks of 2^-52, rounded down. Whether two discs "
-            "meet, and in which tick, is computed in exact integers. Depth is how far the discs overlap when "
+            "meet, and the tick, is computed in exact integers. Depth is how far the discs overlap when "
             "both are anchored at the tick, which rounds their places to doubles."
         ),
         findings=query_findings(rows),
@@ -100,7 +100,7 @@ def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
     missed, false = (sum(getattr(row, name) for row in others) for name in ("missed", "false"))
     return (
         f"The textbook's form: {min(shares):.0%} to {max(shares):.0%} of the answers, by family, are not the "
-        f"exact ones; it misses {missed:,} contacts and finds {false:,} that are none; discs overlap by up "
+        f"exact ones; it misses {missed:,} contacts and invents {false:,}; discs overlap by up "
         f"to {number(worst.depth)} R ({worst.family}).",
     )
 

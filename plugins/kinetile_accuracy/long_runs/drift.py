@@ -37,7 +37,7 @@ class LateClock:
     phase: Annotated[str, Column("the broad phase of the run")]
     start: Annotated[float, Column("when the clock begins", "clock begins at")]
     contacts: Annotated[int, Column("of discs and walls", "contacts")]
-    same: Annotated[bool, Column("whether the contacts are those of the clock at 0", "same contacts")]
+    same: Annotated[bool, Column("whether the contacts are the same as with the clock at 0", "same contacts")]
 
 
 def drifts(scene: kt.Scene, most: int, progress: sections.ReportProgress) -> list[Drift]:
@@ -79,7 +79,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     return sections.Section(
         name="drift",
-        title="What a long run loses",
+        title="The losses of a long run",
         about=(
             f"The recipe {GRID} with {given}, under {last.phase}, for {last.contacts:,} contacts of discs "
             f"and walls; between contacts, {last.audits:,} times, an audit rebuilt the structure and "
@@ -88,7 +88,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         ),
         findings=(
             f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "
-            f"that of the first {middle.contacts:,}.",
+            f"the one of the first {middle.contacts:,}.",
         ),
         tables=(
             sections.Table("drift", "The readings after so many contacts.", tuple(drift)),

@@ -24,7 +24,7 @@ CONTACTS: dict[sections.Budget, int] = {"quick": 2_000, "normal": 20_000, "full"
 class WholeRun:
     """A run, certified contact by contact."""
 
-    scene: Annotated[str, Column("what is simulated", "scene")]
+    scene: Annotated[str, Column("the scene", "scene")]
     phase: Annotated[str, Column("the broad phase of the run", "broad phase")]
     bodies: Annotated[int, Column("how many discs", "discs")]
     contacts: Annotated[int, Column("contacts of the run", "contacts")]

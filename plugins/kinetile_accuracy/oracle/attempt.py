@@ -31,7 +31,7 @@ LONGEST = 4096
 
 LEAST = 2.0**-1000
 SURE = 1.0 - 2.0**-40
-"""A factor that makes bounds in doubles less than the values from which they are computed."""
+"""A factor that makes bounds in doubles less than the exact values."""
 
 CROWDED = 1e-9
 """Bodies are jammed if from contact to contact the fastest flies less than this part of the smallest radius,

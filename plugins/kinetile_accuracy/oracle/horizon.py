@@ -42,10 +42,10 @@ class Horizon:
     holds: Annotated[bool, Column("whether that many contacts a disc agree")]
     bits: Annotated[int, Column("the precision that certified the run", "bits")]
     first_ticks: Annotated[
-        float, Column("largest error of a time in the first tenth of what is required", "off by, first tenth")
+        float, Column("largest error in the first tenth of the required contacts", "off by, first tenth")
     ]
-    growth: Annotated[float, Column("bits by which errors grow with each contact a disc", "bits a contact")]
-    differs: Annotated[str, Column("what the first contact is that does not agree")]
+    growth: Annotated[float, Column("growth of errors in bits with each contact a disc", "bits a contact")]
+    differs: Annotated[str, Column("the first contact that does not agree")]
 
 
 def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
@@ -62,8 +62,8 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         title="How long a run agrees with the certified oracle",
         about=(
             f"The oracle follows scenes of the recipe grid in ball arithmetic and proves the order of the "
-            f"contacts; they are run under {phases}. A run agrees up to the first contact at which the two "
-            "lists differ. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
+            f"contacts; they are run under {phases}. A run agrees up to the first contact that differs in the "
+            "two lists. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
             "2^-52 of a time unit."
         ),
         findings=findings(rows),

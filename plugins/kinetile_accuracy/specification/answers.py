@@ -1,4 +1,4 @@
-"""What happens at contacts: rules 9, 9h, 9r, 9s and 11 of docs/specification.md.
+"""Velocities after contacts: rules 9, 9h, 9r, 9s and 11 of docs/specification.md.
 
 The specified responses are elastic, pass, restitution and stop; the effect of others is not specified.
 """

@@ -26,7 +26,7 @@ UNIT_BITS = 52
 UNIT_TICKS = 1 << UNIT_BITS
 
 SPAN = 1 << 61
-"""Ticks after which the clock anchors the bodies that have flown on one plan since (rule 8)."""
+"""The clock anchors bodies that have flown on one plan for this number of ticks (rule 8)."""
 
 BEAT = 1 << 53
 """The same with a periodic axis (rule 8p): no plan is kept for more than two of them."""

@@ -172,7 +172,7 @@ class LogCertifier:
             plans = self._wrong_plan(course, index, line) if self._whole else None
             if index == untimely:
                 time = float(self._rows["time"][index])
-                plans = f"the time of {_named(line)} is {time!r}, and not that of its tick"
+                plans = f"the time of {_named(line)} is {time!r}, and not its tick's time"
             if plans is not None:
                 return WrongLine(index, found, found, plans)
             self.report = replace(self.report, lines=index + 1)
@@ -352,7 +352,7 @@ def _reason(
         return f"{at} is after the end, which is at {_when(end)}", due
     if own == line.tick and due is not None:
         return f"{at} comes too early: before it comes {_named(due)} at {_when(due.tick)}", due
-    follows = "" if due is None else f"; what comes next is {_named(due)} at {_when(due.tick)}"
+    follows = "" if due is None else f"; next is {_named(due)} at {_when(due.tick)}"
     return f"{at}: {why}{follows}", due
 
 

@@ -350,7 +350,7 @@ class Course:
             self._change(body, plan, velocity)
 
     def _settles(self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...]) -> bool:
-        """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its supports so far."""
+        """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its old supports."""
         whole, other = self._whole[body], support.number
         if other >= 0:
             its = self.plans[other]

@@ -21,7 +21,7 @@ from kinetile_accuracy.specification.signs import first_fall
 
 
 class Face(NamedTuple):
-    """A face of a difference: its first corner, anticlockwise, its way, and its outward normal of one length."""
+    """A face of a difference: its first corner, anticlockwise, its way, and its outward normal, as long."""
 
     start: Whole
     way: Whole
