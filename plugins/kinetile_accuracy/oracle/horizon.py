@@ -62,7 +62,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         title="How long a run agrees with the certified oracle",
         about=(
             f"The oracle follows scenes of the recipe grid in ball arithmetic and proves the order of the "
-            f"contacts; they are run under {phases}. A run agrees up to the first contact that differs in the "
+            f"contacts; they are run under {phases}. A run agrees up to the first different contact in the "
             "two lists. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
             "2^-52 of a time unit."
         ),

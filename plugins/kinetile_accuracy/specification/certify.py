@@ -247,17 +247,17 @@ def certify_log(
 
     Args:
         scene: the simulated scene, with ``disc`` or ``convex``, and ``wall``.
-    contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. If
-        rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
-        are compared, and the field time too. Lists of such rows, or of [epoch, tick, a, b], are accepted.
-    until: the time up to and at which all contacts must be there, and after which no contact; if it is the
-        time in the scene's settings, their exact end counts. None: only the lines are checked.
-    max_contacts: the list is of a run that was ended after this number of contacts; with ``until`` there
-        may be fewer, and without it only if no more come for a million units.
+        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. If
+            rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
+            are compared, and the field time too. Lists of such rows, or of [epoch, tick, a, b], are accepted.
+        until: all contacts up to and at this time must be there, and no later ones; if it is the time in the
+            scene's settings, their exact end counts. None: only the lines are checked.
+        max_contacts: the list is of a run that was ended after this number of contacts; with ``until`` there
+            may be fewer, and without it only if no more come for a million units.
         fingerprint: the fingerprint that the list gives; None: it has no fingerprint.
-    within: rows have the fields time, a, b, in the order of the right ones, and a time is right within
-        this distance, relative to the time since the start, or to the unit of time; None: ticks are compared.
-    progress: called now and then with the progress of the check.
+        within: rows have the fields time, a, b, in the order of the right ones, and a time is right within
+            this distance, relative to the time since the start or the unit of time; None: compares ticks.
+        progress: called now and then with the progress of the check.
 
     Raises BadOption for other fields, or ``until`` before the start; Refused for an unspecified response.
     """

@@ -218,7 +218,7 @@ def sealed(content):
 
 
 OTHER_DIGEST = "is not what was written: it has another digest"
-NO_ROW = "is none that a task writes"
+NO_ROW = "is not a row of a task"
 DAMAGES = [
     ("PRAGMA user_version = 1", r"format 1, and this .* format 2: run the study again, with a new file"),
     ("UPDATE rows SET content = substr(content, 9)", OTHER_DIGEST),

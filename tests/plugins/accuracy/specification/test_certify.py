@@ -140,7 +140,7 @@ FORGED = {
     "a tick earlier": (lambda log: moved_by(log, -1), "its tick should be epoch .*, 1 tick later"),
     "much later": (lambda log: moved_by(log, 10**6), "1,000,000 ticks earlier"),
     "swapped": (lambda log: log[[*range(40), 41, 40, *range(42, len(log))]], "comes too early: before it"),
-    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; what comes next"),
+    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; next"),
     "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
     "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not its tick's time"),
     "twice": (lambda log: np.insert(log, 40, log[39]), "these two have just met, at|the wall that"),
