@@ -26,7 +26,7 @@ ALL = PHASES + LINES + TILING + POWER
 
 
 def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
-    """Return the choices that take a scene, if its skin is not too thick for them."""
+    """Returns the choices that take a scene, if its skin is not too thick for them."""
     apart = all(response.name != "pass" for _, response in scene.responses)
     level = all(
         shape.radius > 0.0 and len(shape.core) < 3 and not any(y for _, y in shape.core)
@@ -45,7 +45,7 @@ def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
 
 
 def compared(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
-    """Return the same, but in the default lane only those of ``COMPILED``, along x, where loops are compiled:
+    """Returns the same, but in the default lane only those of ``COMPILED``, along x, where loops are compiled:
     plain hooks run under all there, and a loop costs as much as a hundred tests."""
     all_of_them = NOTHING_IS_COMPILED or lanes.slow_ones
     return tuple(
@@ -74,7 +74,7 @@ class Outcome(NamedTuple):
 def outcome(
     scene: kt.Scene, phase: str, options: dict[str, Any], until: float | None, max_contacts: int | None
 ) -> tuple[kt.Simulation, Outcome]:
-    """Run a scene under one phase; an error of the simulation is part of the outcome."""
+    """Runs a scene under one phase; an error of the simulation is part of the outcome."""
     sim = kt.Simulation(scene, phase, narrow_phases=_narrow(scene, phase), options=options)
     ended = "ran"
     try:
@@ -120,7 +120,7 @@ def agree(
 def assert_one_answer(
     scene: kt.Scene, *, until: float | None = None, max_contacts: int | None = None, ends: str = "ran"
 ) -> kt.Simulation:
-    """Assert that every phase gives the same contacts, end, time and final state; return the reference's
+    """Asserts that every phase gives the same contacts, end, time and final state; returns the reference's
     simulation."""
     reference: tuple[kt.Simulation, Outcome] | None = None
     for phase, options in compared(scene):
@@ -137,7 +137,7 @@ def assert_one_answer(
 
 
 def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b: Outcome) -> str:
-    """Say where two outcomes part."""
+    """Says where two outcomes part."""
     rows = min(len(one.contacts), len(two.contacts))
     parted = np.flatnonzero(one.contacts[:rows] != two.contacts[:rows])
     if len(parted):

@@ -26,7 +26,7 @@ def all_but_one(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def nothing(k: Kernel, s: State) -> None:
-    """Leave everything as it is."""
+    """Leaves everything as it is."""
 
 
 @hook
@@ -113,7 +113,7 @@ def the_later_ones(k: Kernel, s: State, body: int) -> int:
 
 
 def phase(near=all_but_one, build=nothing, repair=again, replan=leave_plans):
-    """Return a broad phase made of these hooks."""
+    """Returns a broad phase made of these hooks."""
 
     class Broken:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:

@@ -242,7 +242,7 @@ class Narrow:
 
 @hook
 def swap(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Any) -> None:
-    """Turn both velocities round: one is as good as another, if no other body has it."""
+    """Turns both velocities round: one is as good as another, if no other body has it."""
     for body in (a, b):
         if body >= 0 and k.mass[body] < math.inf:
             k.bodies[body].vx = -k.bodies[body].vx

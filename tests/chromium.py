@@ -34,7 +34,7 @@ class Browser:
     """A browser with one page in it, closed at the end of a ``with``. ``events`` are all that it has said."""
 
     def __init__(self, width: int = 1280, height: int = 800, *, dark: bool = False) -> None:
-        """Start one with a window of a size in pixels; ``dark`` as a reader's system may be."""
+        """Starts one with a window of a size in pixels; ``dark`` as a reader's system may be."""
         chromium = program("chromium")
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_it, ours = os.pipe()
@@ -86,7 +86,7 @@ class Browser:
         self._folder.cleanup()
 
     def ask(self, method: str, **params: Any) -> Any:
-        """Send a command of the protocol, and return its result."""
+        """Sends a command of the protocol, and returns its result."""
         self._number += 1
         message: dict[str, Any] = {"id": self._number, "method": method, "params": params}
         if self._session:
@@ -100,13 +100,13 @@ class Browser:
         return found["result"]
 
     def wait_for(self, method: str) -> None:
-        """Read on until an event of a name has come since the last question."""
+        """Reads on until an event of a name has come since the last question."""
         while (found := self._next())["method"] != method:
             self.events.append(found)
         self.events.append(found)
 
     def _next(self) -> dict[str, Any]:
-        """Return the next message of the browser."""
+        """Returns the next message of the browser."""
         while b"\0" not in self._left:
             ready, _, _ = select.select([self._read], [], [], _PATIENCE)
             assert ready, f"the browser has said nothing for {_PATIENCE:g} s"
@@ -118,19 +118,19 @@ class Browser:
         return found
 
     def value(self, expression: str) -> Any:
-        """Return the value of an expression in the page, awaited if it is a promise."""
+        """Returns the value of an expression in the page, awaited if it is a promise."""
         found = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
     def visit(self, path: Path, query: str = "") -> None:
-        """Open any page from its file, with a query from "?" on, and wait until it is loaded."""
+        """Opens any page from its file, with a query from "?" on, and waits until it is loaded."""
         self.ask("Page.navigate", url=path.resolve().as_uri() + query)
         while self.value("document.readyState") != "complete":
             time.sleep(0.01)
 
     def open(self, path: Path, link: str = "") -> None:
-        """Open a page of the player from its file, at a link from "#" on, and wait until it is there."""
+        """Opens a page of the player from its file, at a link from "#" on, and waits until it is there."""
         if link:  # a page that is open already would only go there
             self.visit(Path(os.devnull))
         self.ask("Page.navigate", url=path.resolve().as_uri() + link)
@@ -145,7 +145,7 @@ class Browser:
             time.sleep(0.01)
 
     def press(self, *keys: str, modifiers: int = 0) -> None:
-        """Press keys, one after the other, as a keyboard would."""
+        """Presses keys, one after the other, as a keyboard would."""
         for key in keys:
             code, number = _KEYS.get(key) or (f"Key{key.upper()}", ord(key.upper()) if key.isalnum() else 0)
             params = {"key": key, "code": code, "windowsVirtualKeyCode": number, "modifiers": modifiers}
@@ -160,22 +160,22 @@ class Browser:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until what was asked for is on the screen: two frames."""
+        """Waits until what was asked for is on the screen: two frames."""
         for _ in range(2):
             self.value("new Promise((done) => requestAnimationFrame(() => done(true)))")
 
     def photograph(self, whole: bool = False) -> bytes:
-        """Return a picture of the window as PNG, or of the whole page."""
+        """Returns a picture of the window as PNG, or of the whole page."""
         self.settle()
         picture = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         return base64.b64decode(picture["data"])
 
     def said(self) -> list[dict[str, Any]]:
-        """Return what was written to the console, or thrown and not caught."""
+        """Returns what was written to the console, or thrown and not caught."""
         names = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
         return [each for each in self.events if each.get("method") in names]
 
     def asked_for(self) -> set[str]:
-        """Return the addresses that the page has asked for."""
+        """Returns the addresses that the page has asked for."""
         sent = [each for each in self.events if each.get("method") == "Network.requestWillBeSent"]
         return {each["params"]["request"]["url"] for each in sent}

@@ -77,14 +77,14 @@ QUICK = (
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Read the files of quick tests alone where these are asked for: to read all takes 10 CPU seconds."""
+    """Reads the files of quick tests alone where these are asked for: to read all takes 10 CPU seconds."""
     others = collection_path.suffix == ".py" and not _is_below(collection_path, QUICK)
     return True if config.option.markexpr == "quick" and others else None
 
 
 @cache
 def _is_below(path: Path, folders: tuple[str, ...]) -> bool:
-    """Return whether a file of the tests is in one of some folders."""
+    """Returns whether a file of the tests is in one of some folders."""
     here = Path(__file__).parent
     return path.is_relative_to(here) and path.relative_to(here).as_posix().startswith(folders)
 
@@ -97,7 +97,7 @@ def _is_small(item: pytest.Item) -> bool:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip a test where a program that it needs does not run."""
+    """Skips a test where a program that it needs does not run."""
     for mark in item.iter_markers("needs"):
         program(*mark.args)
     global _shares_loops
@@ -110,7 +110,7 @@ _shares_loops = False
 
 
 def _compiled_apart(here, entry):
-    """Have loops compiled in forks, from whose cache this process loads them: the compiler leaves some 50 MB
+    """Has loops compiled in forks, from whose cache this process loads them: the compiler leaves some 50 MB
     a loop behind, which a process that composes dozens of them would keep.
 
     The first loop is compiled here. Forks inherit what Numba has to know for any of them, and read the hooks
@@ -165,7 +165,7 @@ if hasattr(os, "fork") and not NOTHING_IS_COMPILED:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Leave slow cases out of a run that has none, and count what it costs."""
+    """Leaves slow cases out of a run that has none, and counts its cost."""
     lanes.slow_ones = lanes.may_have_slow_ones(config)
     cost.count_steps()
 
@@ -173,7 +173,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_pycollect_makeitem(
     collector: pytest.Collector, name: str, obj: object
 ) -> list[pytest.Item] | None:
-    """Leave slow tests out of a run that has none."""
+    """Leaves slow tests out of a run that has none."""
     left_out = name.startswith("test_") and not lanes.slow_ones and _is_slow(collector, obj)
     return [] if left_out else None
 
@@ -186,13 +186,13 @@ def _is_slow(collector: pytest.Collector, test: object) -> bool:
 
 @pytest.fixture
 def compiled_here(monkeypatch):
-    """Let one test's loops be compiled in this process."""
+    """Lets one test's loops be compiled in this process."""
     monkeypatch.setattr(composer, "_compiling", _HERE)
 
 
 @pytest.fixture(autouse=True)
 def _signals_come():
-    """Let SIGINT and SIGTERM come, here and in children, where a shell has this process ignore them."""
+    """Lets SIGINT and SIGTERM come, here and in children, where a shell has this process ignore them."""
     yield from _not_ignored(signal.SIGINT, signal.SIGTERM)
 
 
@@ -244,7 +244,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | None:
-    """Say how long it takes."""
+    """Says how long it takes."""
     if not lanes.is_default(config):
         return None
     cpu, wall = cost.CPU_SECONDS, cost.WALL_SECONDS
@@ -252,7 +252,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say how to run alone what has failed, as it ran here: with plain hooks or compiled."""
+    """Says how to run alone what has failed, as it ran here: with plain hooks or compiled."""
     failed = dict.fromkeys(report.nodeid for report in terminalreporter.getreports("failed"))
     if failed:
         terminalreporter.section("each of them again, alone")

@@ -29,7 +29,7 @@ def ask(numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right,
 
 
 def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Shape:
-    """Return a shape of up to eight corners, on a lattice unless that is 0; ``sharp``: without a margin."""
+    """Returns a shape of up to eight corners, on a lattice unless that is 0; ``sharp``: without a margin."""
     while True:
         count = rng.choice((1, 2, 2, 3, 4, 4, 5, 6, 8))
 
@@ -60,7 +60,7 @@ class Question:
     """Two bodies on their paths; the second is seen some periods away, or there are none."""
 
     def __init__(self, rng: random.Random, hard: bool = False) -> None:
-        """Draw a question; a ``hard`` one may have speeds of 2^-40 to 2^40, none, one with which it
+        """Draws a question; a ``hard`` one may have speeds of 2^-40 to 2^40, none, one with which it
         creeps, and sides of 20 to 1."""
         lattice = rng.choice((1, 2, 4, 16, 1 << 20, 0, 0))
 
@@ -126,14 +126,14 @@ class Question:
             self.two = tuple(place - turns * period for place, turns, period in away)
 
     def ticks_of_kernel(self) -> list[int]:
-        """Return when they touch and part, by the kernel."""
+        """Returns when they touch and part, by the kernel."""
         numbers = np.array(difference_row(*((shape.core, shape.radius) for shape in self.shapes)))
         path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
         path += (*self.turns, *self.periods)
         return [*map(int, ask(numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))]
 
     def ticks_by_the_rules(self) -> list[int]:
-        """Return the answers of rules 5s and 11s, in ticks after the later anchor."""
+        """Returns the answers of rules 5s and 11s, in ticks after the later anchor."""
         frame = Frame(self.periods, 1 - math.frexp(self.tick)[1] - UNIT_BITS, self.periods)
         plans = (
             FlightPlan(*place, *velocity, anchor, 0.0, frame)

@@ -22,17 +22,17 @@ counts: Counter[str] = Counter()
 
 
 def is_judged_by(item: pytest.Item) -> bool:
-    """Return whether a test compares these counts: it is to run after all others."""
+    """Returns whether a test compares these counts: it is to run after all others."""
     return item.path.name == "test_cost.py"
 
 
 def add(found: Mapping[str, int]) -> None:
-    """Add the counts of a child."""
+    """Adds the counts of a child."""
     counts.update(found)
 
 
 def count_steps() -> None:
-    """Count the steps of all engines of this process."""
+    """Counts the steps of all engines of this process."""
     run_loop = Engine._run_loop
 
     def counted(engine: Engine, *given: int) -> int:

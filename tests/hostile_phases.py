@@ -147,7 +147,7 @@ def audits_badly(k: Kernel, s: State):
 
 
 def phase(near=everyone, build=wake, repair=rest, **more):
-    """Return a broad phase made of these parts."""
+    """Returns a broad phase made of these parts."""
 
     class Hostile:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
@@ -237,19 +237,19 @@ for _name, _phase in HOSTILE.items():
 
 
 def waits_for_one_that_computes(subject: object) -> None:
-    """Wait for another process, which computes for ever."""
+    """Waits for another process, which computes for ever."""
     subprocess.run([sys.executable, "-c", "while True: pass"], check=False)
 
 
 def cpu_limit(subject: object) -> tuple[float, int]:
-    """Return the CPU seconds of this process, and their limit."""
+    """Returns the CPU seconds of this process, and their limit."""
     import resource
 
     return time.process_time(), resource.getrlimit(resource.RLIMIT_CPU)[0]
 
 
 def sends_half_a_message(subject: object) -> None:
-    """Write the beginning of a message to the pipe, and wait."""
+    """Writes the beginning of a message to the pipe, and waits."""
     for each in Path("/proc/self/fd").iterdir():
         with suppress(OSError):
             if os.readlink(each).startswith("pipe:"):
@@ -258,7 +258,7 @@ def sends_half_a_message(subject: object) -> None:
 
 
 def leaves_a_process_behind(subject: object) -> None:
-    """Start a process of another session that keeps the connection for a while, and end this one."""
+    """Starts a process of another session that keeps the connection for a while, and ends this one."""
     if os.fork() == 0:
         os.setsid()
         time.sleep(30.0)

@@ -19,14 +19,14 @@ OWN = tuple(str(Path(str(module.__file__)).parents[1]) for module in (kinetile, 
 
 
 def install(folder: Path, site: Path) -> list[str]:
-    """Write the metadata of the package in a folder into a site folder; return what PYTHONPATH must have."""
+    """Writes the metadata of the package in a folder into a site folder; returns what PYTHONPATH must have."""
     project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     write_metadata(site, project["name"], project["version"], project["entry-points"])
     return [str(site), str(folder)]
 
 
 def write_metadata(site: Path, name: str, version: str, groups: Mapping[str, Mapping[str, str]]) -> None:
-    """Write what a folder has of a distribution that is installed there."""
+    """Writes what a folder has of a distribution that is installed there."""
     info = site / f"{name.replace('-', '_')}-{version}.dist-info"
     info.mkdir(parents=True, exist_ok=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", "utf-8")
@@ -55,7 +55,7 @@ def run(
     interpreted: bool = True,
     module: str = "kinetile",
 ) -> subprocess.CompletedProcess[str]:
-    """Run ``python -m module words`` in a folder, with the packages that ``install`` has made known."""
+    """Runs ``python -m module words`` in a folder, with the packages that ``install`` has made known."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     environment |= {
         "PYTHONPATH": os.pathsep.join([*paths, *OWN]),
@@ -105,7 +105,7 @@ class BlindPhase:
 
 
 def install_blind(folder: Path) -> list[str]:
-    """Write and install kinetile-blind, which misses contacts; return what PYTHONPATH must have."""
+    """Writes and installs kinetile-blind, which misses contacts; returns what PYTHONPATH must have."""
     package = new_plugin("blind", folder)
     (package / "kinetile_blind" / "phase.py").write_text(BLIND, encoding="utf-8")
     return install(package, folder / "site")

@@ -44,7 +44,7 @@ WAIT_SECONDS = 0.1
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session: pytest.Session) -> bool | None:
-    """Run the tests, marked ones in children, if there are some."""
+    """Runs the tests, marked ones in children, if there are some."""
     if _folder is not None:
         _run_as_child(session)
         return True
@@ -70,7 +70,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
 
 
 def _print_beside_capture(config: pytest.Config) -> None:
-    """Have the terminal's writer print to a descriptor of its own: that of stdout is redirected while a test
+    """Has the terminal's writer print to a descriptor of its own: that of stdout is redirected while a test
     runs, and what a thread prints then would be taken for output of the test."""
     writer = config.get_terminal_writer()
     with suppress(OSError):  # stdout is no file
@@ -97,7 +97,7 @@ def _run(items: list[pytest.Item]) -> None:
 
 
 def _stop_if_asked(session: pytest.Session) -> None:
-    """Raise what ends a session, after a failure with ``-x`` say."""
+    """Raises what ends a session, after a failure with ``-x`` say."""
     if session.shouldfail:
         raise session.Failed(session.shouldfail)
     if session.shouldstop:
@@ -127,7 +127,7 @@ class _Child:
         )
 
     def show_all(self) -> None:
-        """Show the reports of tests as they end, then those that were lost, with what the process printed."""
+        """Shows the reports of tests as they end, then those that were lost, with what the process printed."""
         while self._process.poll() is None:
             self._show_ended()
             time.sleep(WAIT_SECONDS)
@@ -166,14 +166,14 @@ class _Child:
             item.ihook.pytest_runtest_logfinish(nodeid=name, location=item.location)
 
     def end(self) -> None:
-        """Stop the process, if it still runs."""
+        """Stops the process, if it still runs."""
         self._stopped = True
         self._process.terminate()
         self._process.wait()
 
 
 def _run_as_child(session: pytest.Session) -> None:
-    """Run tests in this process and in a fork of it, which take them in turns."""
+    """Runs tests in this process and in a fork of it, which take them in turns."""
     groups = [
         tests[at : at + AT_A_TIME]
         for tests in (list(each) for _, each in groupby(session.items, key=lambda item: item.path))
@@ -196,7 +196,7 @@ def _run_as_child(session: pytest.Session) -> None:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_logreport(report: pytest.TestReport) -> Iterator[None]:
-    """Write a child's report down, as soon as there is one; show one at a time."""
+    """Writes a child's report down, as soon as there is one; shows one at a time."""
     if _folder is not None:
         _write({"nodeid": report.nodeid, **_serializable(report)})
     with _one_at_a_time:
@@ -204,7 +204,7 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> Iterator[None]:
 
 
 def _write(data: dict[str, Any]) -> None:
-    """Write a line of a child, in one piece: its fork writes to the same file."""
+    """Writes a line of a child, in one piece: its fork writes to the same file."""
     assert _folder is not None
     file = os.open(_folder / "reports", os.O_WRONLY | os.O_APPEND)
     os.write(file, f"{json.dumps(data)}\n".encode())

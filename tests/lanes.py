@@ -30,14 +30,14 @@ slow_ones = True
 
 
 def may_have_slow_ones(config: pytest.Config) -> bool:
-    """Return whether a run may have slow tests: its -m has them, or it names single tests."""
+    """Returns whether a run may have slow tests: its -m has them, or it names single tests."""
     marks = str(config.option.markexpr or "")
     named = any("::" in str(each) for each in config.args)
     return named or not marks or re.search(r"(?<!not )\b(slow|long)\b", marks) is not None
 
 
 def is_default(config: pytest.Config) -> bool:
-    """Return whether a run has all tests of the default lane, and no others."""
+    """Returns whether a run has all tests of the default lane, and no others."""
     chosen = config.option.keyword or getattr(config.option, "lf", False)
     marks = config.option.markexpr in config.getini("addopts")
     return not chosen and marks and config.args_source is pytest.Config.ArgsSource.TESTPATHS
@@ -48,7 +48,7 @@ MANY = 24
 
 
 def first(count: int, cases: Sequence[Any], many: int = MANY) -> list[Any]:
-    """Return all cases, as parameters of a test, tuples where it has several: those after the first ``count``
+    """Returns all cases, as parameters of a test, tuples where it has several: those after the first ``count``
     are slow, and of these those after the first ``many`` are long."""
     others = cases[count:] if slow_ones else ()
     marks = [pytest.mark.slow] * many + [pytest.mark.long] * len(others)
@@ -56,19 +56,19 @@ def first(count: int, cases: Sequence[Any], many: int = MANY) -> list[Any]:
 
 
 def _marked(case: Any, mark: pytest.MarkDecorator) -> Any:
-    """Return a case with a mark, which may have marks already."""
+    """Returns a case with a mark, which may have marks already."""
     if hasattr(case, "marks"):
         return pytest.param(*case.values, marks=[*case.marks, mark], id=case.id)
     return pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=mark)
 
 
 def examples(count: int) -> int:
-    """Return a number of examples for Hypothesis; plain Python hooks take fifty times as long for each."""
+    """Returns a number of examples for Hypothesis; plain Python hooks take fifty times as long for each."""
     return max(1, count // 5) if NOTHING_IS_COMPILED else count
 
 
 def is_shared(loop: Callable[..., Any]) -> bool:
-    """Return whether a loop is one of the nine that tests share: a built-in phase with walls and discs, or
+    """Returns whether a loop is one of the nine that tests share: a built-in phase with walls and discs, or
     one of ``ALIKE`` with discs that are alike, and nothing else that a scene may have."""
     parts = loop.__globals__
     phases = ALIKE if parts.get("collide") is collide_equals else BUILT_IN

@@ -184,7 +184,7 @@ PLACES_OF = """(motion, moment) => {
 
 
 def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
-    """Run a script that has the page's playback and what is given, and return what it prints as JSON.
+    """Runs a script that has the page's playback and what is given, and returns what it prints as JSON.
 
     The script is the body of a function of ``playback``, ``held``, ``bodies``, ``given`` and the modules by
     name.
@@ -235,7 +235,7 @@ return found;
 
 
 def decode(coded: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Return the columns of a text of ``encode``."""
+    """Returns the columns of a text of ``encode``."""
     content = zlib.decompress(base64.b64decode(coded["text"]))
     columns, at = {}, 0
     for name, kind, length in coded["columns"]:

@@ -47,7 +47,7 @@ TRIALS = {
 
 
 def program(name: str) -> str:
-    """Return the path of a program that runs; skip the test where there is none."""
+    """Returns the path of a program that runs; skips the test where there is none."""
     path, reason = found_and_tried(name)
     if not path:
         pytest.skip(reason)
@@ -56,7 +56,7 @@ def program(name: str) -> str:
 
 @cache
 def found_and_tried(name: str) -> tuple[str, str]:
-    """Return the path of a program that runs, or "" and the reason."""
+    """Returns the path of a program that runs, or "" and the reason."""
     reasons = []
     for path in filter(None, map(shutil.which, TRIALS[name].names)):
         fault = _fault_of(path, TRIALS[name])
@@ -67,7 +67,7 @@ def found_and_tried(name: str) -> tuple[str, str]:
 
 
 def _fault_of(path: str, trial: Trial) -> str:
-    """Return what a program says where it does not run, or ""."""
+    """Returns what a program says where it does not run, or ""."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         out = str(Path(folder, "out"))
         commands = [[path, *(out if word == OUT else word for word in trial.words)]]

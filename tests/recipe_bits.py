@@ -78,7 +78,7 @@ MOST_CONTACTS = 300
 
 
 def scene_hash(scene: kt.Scene) -> str:
-    """Return the beginning of a digest of everything in a scene that is simulated."""
+    """Returns the beginning of a digest of everything in a scene that is simulated."""
     arrays = (scene.position, scene.velocity, scene.radius, scene.mass)
     turns = repr(scene.turns).replace(", at=None)", ")")  # a field that came later
     rest = f"({scene.arena!r}, {turns}, {scene.start!r})".encode()
@@ -86,7 +86,7 @@ def scene_hash(scene: kt.Scene) -> str:
 
 
 def scene_hashes(grown: bool = True) -> dict[str, str]:
-    """Return the beginnings of the digests of all scenes; ``grown``: those too whose making is a run."""
+    """Returns the beginnings of the digests of all scenes; ``grown``: those too whose making is a run."""
     return {
         name: scene_hash(kt.make_scene(case.recipe, **case.parameters))
         for name, case in CASES.items()
@@ -99,7 +99,7 @@ WIDEST = {"disc": {"general": True}, "wall": {"general": True}}
 
 
 def fingerprints(in_one_loop: bool = False) -> dict[str, str]:
-    """Return the beginnings of the fingerprints of short runs, and of the run that the README shows.
+    """Returns the beginnings of the fingerprints of short runs, and of the run that the README shows.
 
     Under ``cells``, which has most vectors in it; that all phases have the same is for other tests.
     ``in_one_loop``: of the scenes with walls alone, with whatever a loop of discs may have.

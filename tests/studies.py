@@ -44,7 +44,7 @@ def run_here(study: Study, **how: Any) -> StudyStatus:
 
 
 def begin(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess.Popen[str]:
-    """Begin ``kinetile study``, interpreted, in a process that leads its session."""
+    """Begins ``kinetile study``, interpreted, in a process that leads its session."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*paths, *installing.OWN])}
     return subprocess.Popen(
         [sys.executable, "-m", "kinetile", "study", *map(str, words)],
@@ -64,7 +64,7 @@ def ended(process: subprocess.Popen[str], code: int = 0) -> tuple[str, str]:
 
 
 def wait_for_rows(process: subprocess.Popen[str], study: Study, count: int) -> None:
-    """Wait until a study that runs has a number of rows."""
+    """Waits until a study that runs has a number of rows."""
     until = time.monotonic() + 120
     while len(study.rows()) < count:
         assert process.poll() is None, process.communicate()
@@ -73,7 +73,7 @@ def wait_for_rows(process: subprocess.Popen[str], study: Study, count: int) -> N
 
 
 def workers_of(pid: int) -> list[int]:
-    """Return the worker processes of a study that runs."""
+    """Returns the worker processes of a study that runs."""
     children = map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split())
     return [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
 
@@ -97,7 +97,7 @@ def _is_alive(pid: int) -> bool:
 
 
 def kill(pid: int) -> None:
-    """End one process, as the system does when memory runs out."""
+    """Ends one process, as the system does when memory runs out."""
     os.kill(pid, signal.SIGKILL)
 
 
@@ -106,7 +106,7 @@ def by_key(study: Study) -> dict[str, dict[str, Any]]:
 
 
 def lasting(study: Study) -> list[dict[str, Any]]:
-    """Return the rows of a study without what depends on times and machine."""
+    """Returns the rows of a study without what depends on times and machine."""
     return [
         {name: value for name, value in row.items() if name not in RUN_TO_RUN and "cpu_second" not in name}
         for row in study.rows()

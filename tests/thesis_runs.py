@@ -22,7 +22,7 @@ from kinetile.plugin.choices import read_phase
 
 
 def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
-    """Return what there is now, after an event; None: at the start."""
+    """Returns what there is now, after an event; None: at the start."""
     try:
         sim.audit()
         complaint = ""
@@ -38,7 +38,7 @@ def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
 
 
 def happened(scene: kt.Scene, phase: str | None) -> dict[str, Any]:
-    """Run a scene event by event, and return all moments, and what it gave."""
+    """Runs a scene event by event, and returns all moments, and what it gave."""
     name, options = (None, {}) if phase is None else read_phase(phase)
     sim = kt.Simulation(scene, name, options=options or None)
 
@@ -47,7 +47,7 @@ def happened(scene: kt.Scene, phase: str | None) -> dict[str, Any]:
 
 
 def main(what: str, *words: str) -> None:
-    """Do what the module's docstring says."""
+    """Does what the module's docstring says."""
     if what == "runs":
         folder, *scenes = words
         found = {}

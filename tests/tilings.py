@@ -32,7 +32,7 @@ class Tiling(NamedTuple):
 
 
 def tiling_of(state: Any) -> Tiling:
-    """Read the tiling out of the broad phase's state."""
+    """Reads the tiling out of the broad phase's state."""
     n = len(state.level)
     left = [16 * body + port for body in range(n) for port in (UPPER, LOWER, 8 + OUTER)] + [
         16 * n + 8 + OUTER
@@ -45,7 +45,7 @@ def tiling_of(state: Any) -> Tiling:
 
 
 def tiling_by_force(place: Any, reach: Any) -> Tiling:
-    """Make the tiling of discs straight from the geometry, O(n^2): where the vertical lines from their
+    """Makes the tiling of discs straight from the geometry, O(n^2): where the vertical lines from their
     leftmost and rightmost points end, and which bound comes next to the right of each.
 
     Only for scenes in general position: no two bounds at one x, no disc touching another.
@@ -152,7 +152,7 @@ class Steps:
         return 16 * body + (slot or 8 + OUTER)
 
     def step(self, until: int = 2**60, budget: int = 1) -> bool:
-        """Run the next event; return whether there was one up to tick ``until``."""
+        """Runs the next event; returns whether there was one up to tick ``until``."""
         ran = self.engine.chunk(until, UNLIMITED, most=budget) == BUDGET_SPENT
         self.events += ran
         return ran
@@ -164,7 +164,7 @@ class Steps:
         return tiling_by_force(positions_now(self.engine.k), np.asarray(self.engine.k.bodies.reach))
 
     def to_the_middle(self) -> bool:
-        """Let time pass to the middle between now and the next event; return whether there was a middle."""
+        """Lets time pass to the middle between now and the next event; returns whether there was a middle."""
         now, then = self.engine.now, self.next_tick
         middle = (now + min(then, now + 2**50)) // 2
         if then <= now + 2**12:
@@ -174,7 +174,7 @@ class Steps:
 
 
 def audited_events(scene: kt.Scene, most: int) -> int:
-    """Run a scene event by event under sweep-tiling, audit after each, and return how many there were; a jam
+    """Runs a scene event by event under sweep-tiling, audit after each, and returns how many there were; a jam
     ends it."""
     steps = Steps(scene)
     steps.audit()

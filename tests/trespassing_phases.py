@@ -221,7 +221,7 @@ def move_ahead(k: Kernel, s: State, body: int, stage: int) -> None:
 
 
 def living(**parts: Any) -> dict[str, Any]:
-    """Return the parts of a phase that takes bodies in and lets them go."""
+    """Returns the parts of a phase that takes bodies in and lets them go."""
     return {"near": those_there, "build": build_for_those_there, "enter": take_in, "leave": let_go, **parts}
 
 

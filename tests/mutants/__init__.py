@@ -46,7 +46,7 @@ FILES["margins.py"] = HERE / "margins.py"
 
 
 def outcomes() -> dict[str, Any]:
-    """Return what the runner has written: ``faults``, each with its family and the check that killed it, or
+    """Returns what the runner has written: ``faults``, each with its family and the check that killed it, or
     None, and ``variations``, each with the check that condemned it, or None."""
     if not FOUND.is_file():
         return {"kit": "", "faults": {}, "variations": {}}
@@ -107,7 +107,7 @@ class Mutant:
 
     @classmethod
     def of(cls, base: str, name: str, row: dict[str, Any]) -> "Mutant":
-        """Return the mutant of a row of the table."""
+        """Returns the mutant of a row of the table."""
         files = {key: value for key, value in row.items() if key not in HEAD}
         changes = [Change(file, old, new) for file, texts in files.items() for old, new in texts]
         right = "spared" in row
@@ -127,7 +127,7 @@ class Mutant:
         return KINDS.get(self.base, "broad phase")
 
     def sources(self) -> Iterator[tuple[str, str]]:
-        """Yield the files of its package, each with its text."""
+        """Yields the files of its package, each with its text."""
         if unknown := {each.file for each in self.changes} - FILES.keys():
             raise LookupError(f"{self.name} changes files that do not exist: {', '.join(sorted(unknown))}")
         for file, path in FILES.items():
@@ -137,7 +137,7 @@ class Mutant:
             yield file, text
 
     def spec(self, folder: Path) -> Spec:
-        """Write its package into a folder from which it can be imported; return its spec."""
+        """Writes its package into a folder from which it can be imported; returns its spec."""
         package = f"mutant_{self.name.replace('-', '_')}"
         for file, text in self.sources():
             there = folder / package / file
@@ -181,7 +181,7 @@ class _Found(Exception):
 
 
 def run_checks(name: str, folder: Path, on_result: Callable[[Result], None], **options: Any) -> None:
-    """Judge a mutant with these options of the kit: it itself, or ``UNDER`` with it."""
+    """Judges a mutant with these options of the kit: it itself, or ``UNDER`` with it."""
     with loaded(name, folder) as mutant:
         if mutant.kind == "broad phase":
             check_broad_phase(name, on_result=on_result, **options)
@@ -193,7 +193,7 @@ def run_checks(name: str, folder: Path, on_result: Callable[[Result], None], **o
 
 
 def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **options: Any) -> Result | None:
-    """Judge a mutant with the default budget, by the check that kills it or by others.
+    """Judges a mutant with the default budget, by the check that kills it or by others.
 
     Returns the first result that is not ok, of those that came to an end if there is one; None where there is
     none. One that is to be spared is judged by all checks.
@@ -224,7 +224,7 @@ def as_expected(name: str, found: Result | None) -> bool:
 
 
 def note(name: str, check: str | None, by_all: bool) -> None:
-    """Write the outcome of a mutant down, and of a variation whether all checks have judged it."""
+    """Writes the outcome of a mutant down, and of a variation whether all checks have judged it."""
     found = outcomes()
     if ALL[name].right:
         found["variations"][name] = {"condemned_by": check, "by_all_checks": by_all}
@@ -239,7 +239,7 @@ def note(name: str, check: str | None, by_all: bool) -> None:
 
 
 def table() -> str:
-    """Return the page of the two tables."""
+    """Returns the page of the two tables."""
     found, counts = outcomes(), judging.faults()
     written = [counts[family] for family in counts if family != FAMILY]
     rows = [(family, *counts[family]) for family in sorted(counts)]
@@ -289,7 +289,7 @@ def _shown(check: str | None, none: str) -> str:
 
 
 def main(*words: str) -> int:
-    """Judge mutants and print a line for each; return the exit code, 1 where one is not as expected."""
+    """Judges mutants and print a line for each; returns the exit code, 1 where one is not as expected."""
     parser = argparse.ArgumentParser(prog="python tests/mutants", description="judge mutants by the kit")
     parser.add_argument("words", nargs="*", help="those whose names contain one of these; all")
     parser.add_argument("--family", action="append", help="those of this family; may be repeated")
@@ -332,7 +332,7 @@ def main(*words: str) -> int:
 def _line(
     name: str, folder: Path, checks: Sequence[str] | None, options: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
-    """Judge a mutant, and print its line; return its outcome, and whether it is as expected."""
+    """Judges a mutant, and print its line; returns its outcome, and whether it is as expected."""
     began = time.perf_counter()
     found = judge(name, folder, checks, shrink=False, explains=False, **options)
     fine = as_expected(name, found)

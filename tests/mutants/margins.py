@@ -75,7 +75,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def fatten(k: Kernel, s: State, body: int) -> None:
-        """Give a body a box around its present place."""
+        """Gives a body a box around its present place."""
         b = k.bodies[body]
         skin = k.clock[0].limits.skin
         since = since_anchor(k, b, k.clock[0].now)
@@ -91,7 +91,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def watch(k: Kernel, s: State, body: int) -> None:
-        """Schedule when a body leaves its box."""
+        """Schedules when a body leaves its box."""
         b = k.bodies[body]
         skin = k.clock[0].limits.skin
         tick = NEVER
@@ -106,7 +106,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def overlap(k: Kernel, s: State, one: int, other: int) -> bool:
-        """Return whether the boxes of two bodies overlap."""
+        """Returns whether the boxes of two bodies overlap."""
         for axis in range(2):
             period = period_of(k, axis)
             most = s.box[one, 2 * axis + 1] - s.box[other, 2 * axis]
@@ -120,7 +120,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def near(k: Kernel, s: State, body: int) -> int:
-        """Name the bodies whose boxes overlap that of a body."""
+        """Names the bodies whose boxes overlap that of a body."""
         count = 0
         for other in range(k.clock[0].bodies):
             if is_there(k, other) and overlap(k, s, body, other):
@@ -130,7 +130,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Give every body a box."""
+        """Gives every body a box."""
         for body in range(k.clock[0].bodies):
             if is_there(k, body):
                 fatten(k, s, body)

@@ -20,7 +20,7 @@ sizes = st.floats(1e-6, 1e6)
 
 
 def tables(places, velocities, anchors=(0, 0)):
-    """Return the tables of two discs of radius 0.5, with their plans as given."""
+    """Returns the tables of two discs of radius 0.5, with their plans as given."""
     far = [(0.0, 0.0), (8.0, 8.0), (-8.0, 8.0)]
     k = engine_of(kt.Simulation(kt.Scene(far, [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], 0.5), "naive")).k
     for body in range(2):

@@ -24,14 +24,14 @@ CLOSE = 2.0**-30
 
 
 def tables(scene: kt.Scene, ahead: int = 0) -> Kernel:
-    """Return a scene's tables, with its skin; the common clock stands ``ahead`` ticks after the start."""
+    """Returns a scene's tables, with its skin; the common clock stands ``ahead`` ticks after the start."""
     engine = engine_of(kt.Simulation(scene, "naive"))
     move_clock(engine, ahead)
     return for_both_forms(engine.k)
 
 
 def for_both_forms(k: Kernel) -> Kernel:
-    """Return tables that also the form for bodies of any radius reads: a column of radii, not one number."""
+    """Returns tables that also the form for bodies of any radius reads: a column of radii, not one number."""
     return k._replace(radii=np.array(k.radii))
 
 
@@ -56,7 +56,7 @@ def exactly(k: Kernel, a: int, b: int) -> int:
 
 
 def assert_bounds(k: Kernel, at: int) -> None:
-    """Assert that no contact after a tick comes before the bounds, for every body against all others."""
+    """Asserts that no contact after a tick comes before the bounds, for every body against all others."""
     n = len(k.bodies)
     slack = 1.0 - 2.0**-50
     for body in range(n):

@@ -22,7 +22,7 @@ def on_a_line(phase: str) -> kt.Simulation:
 
 
 def on_a_circle(phase: str) -> kt.Simulation:
-    """Return a simulation between two events, in which two bodies overlap through several images."""
+    """Returns a simulation between two events, in which two bodies overlap through several images."""
     position = [[0.5, 0.5], [0.0, 0.05], [0.02, 0.5], [0.6, 0.97]]
     velocity = [[0.0, 0.0], [0.0, 0.1], [0.1, 0.2], [0.3, -0.1]]
     sim = kt.Simulation(box(position, velocity, [0.4, 0.2, 0.03, 0.03]), phase, audit=1)
@@ -35,7 +35,7 @@ def box(position, velocity, radius) -> kt.Scene:
 
 
 def lists(sim: kt.Simulation) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bounds on x from left to right, and the ticks and places of all, to be changed in place."""
+    """Returns the bounds on x from left to right, and the ticks and places of all, to be changed in place."""
     return engine_of(sim).state.order[1 : 1 + 2 * len(sim.scene)], engine_of(sim).state.bounds
 
 

@@ -22,8 +22,8 @@ def every(scene: kt.Scene, **more) -> Iterator[kt.Simulation]:
 
 
 def assert_rules(scene: kt.Scene, most: int, units: int, plans=lambda contacts: False) -> int:
-    """Assert that every phase has the contacts of the rules, and their plans at the end where ``plans`` of
-    their number; return that number. Shapes may jam."""
+    """Asserts that every phase has the contacts of the rules, and their plans at the end where ``plans`` of
+    their number; returns that number. Shapes may jam."""
     wanted, expected = by_the_rules.answer(scene, most, units << 52)
     for sim in every(scene, audit=1):
         try:

@@ -132,7 +132,7 @@ def test_the_fingerprint_goes_on_over_blocks(tmp_path: Path) -> None:
 
 
 def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int = 60) -> None:
-    """Assert that both find the same contacts of a scene, at most ``contacts``."""
+    """Asserts that both find the same contacts of a scene, at most ``contacts``."""
     game = scene.replace(settings=kt.Settings(until=20.0 * scene.time_unit))
     assert second_agrees(game, tmp_path, most)
 
@@ -324,7 +324,7 @@ def test_a_body_falls(
 
 
 def mistake(text: str) -> str:
-    """Return all that a scene of this text is answered with, between two arrows."""
+    """Returns all that a scene of this text is answered with, between two arrows."""
     Path("scene.json").write_text(text)
     done = node("run.js", str(Path("scene.json").absolute()))
     assert (done.returncode, done.stdout) == (1, "")

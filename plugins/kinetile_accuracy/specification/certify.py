@@ -172,7 +172,7 @@ class LogCertifier:
             plans = self._wrong_plan(course, index, line) if self._whole else None
             if index == untimely:
                 time = float(self._rows["time"][index])
-                plans = f"the time of {_named(line)} is {time!r}, and not its tick's time"
+                plans = f"the time of {_named(line)} is {time!r}, and not the time of its tick"
             if plans is not None:
                 return WrongLine(index, found, found, plans)
             self.report = replace(self.report, lines=index + 1)

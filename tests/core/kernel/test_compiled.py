@@ -326,7 +326,7 @@ def damages(content: bytes):
 @needs_compiler
 @pytest.mark.usefixtures("compiled_here")
 def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(folder, caplog):
-    """Cut off, empty, with a flipped bit, in the machine code too, or copied from another, so that its own
+    """Cuts off, empty, with a flipped bit, in the machine code too, or copied from another, so that its own
     checksum is right: said once, and written again."""
     assert composed_again()(41.5) == 42
     files = sorted(folder.rglob("*.nb[ic]"))

@@ -238,7 +238,7 @@ def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_pa
 
 
 def go_on(folder, steps: int) -> None:
-    """Go on from a checkpoint, and end this process at a step."""
+    """Continues from a checkpoint, and ends this process at a step."""
 
     def last(function):
         def call(*arguments):

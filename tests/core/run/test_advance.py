@@ -44,7 +44,7 @@ def test_the_next_event_is_the_one_that_comes(scene):
 
 
 def on_top(**more) -> kt.Scene:
-    """Return a body that begins on a sensor, and is removed while a second one is inserted on it."""
+    """Returns a body that begins on a sensor, and is removed while a second one is inserted on it."""
     return kt.Scene(
         [(1.0, 1.0), (1.5, 1.0), (3.0, 3.0)],
         [(0.5, 0.0), (0.0, 0.0), (0.0, 0.0)],

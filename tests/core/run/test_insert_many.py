@@ -17,7 +17,7 @@ REFUSED = {("pass",): "pass through", ("periodic xy",): "periodic", ("shapes",):
 
 
 def batch(seed: int, names: tuple[str, ...]):
-    """Return positions, velocities and the rest of a drawn batch: some reach into others, into walls, or into
+    """Returns positions, velocities and the rest of a drawn batch: some reach into others, into walls, or into
     bodies that are there."""
     rng, draft = random.Random(seed), Game(*names).draft
     many = (6, 80, 1, 12)[seed % 4]  # 80: more than there are slots for

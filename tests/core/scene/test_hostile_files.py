@@ -19,7 +19,7 @@ BODY = "[[bodies]]\nposition = [0.25, 0.5]\nradius = 0.125\n"
 
 @contextmanager
 def within(seconds: float) -> Iterator[None]:
-    """Fail if what is done in this context takes more processor time."""
+    """Fails if what is done in this context takes more processor time."""
     before = time.process_time()
     yield
     assert time.process_time() - before < seconds

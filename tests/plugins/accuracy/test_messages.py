@@ -25,7 +25,7 @@ def turned_by_hand() -> kt.Simulation:
 
 
 def not_run(certify, sim, **end) -> None:
-    """Certify what cannot be certified: nothing is run in vain."""
+    """Certifies what cannot be certified: nothing is run in vain."""
     before = sim.exact_time
     try:
         certify(sim, **end)

@@ -17,7 +17,7 @@ AHEAD = [(-1, 0), (1, 0), (0, -1), (0, 1)]
 
 
 def part_of_a_table(columns: int, rows: int, first: int) -> np.recarray:
-    """Return a level of a table, whose first cell has a number."""
+    """Returns a level of a table, whose first cell has a number."""
     level = np.zeros(1, LEVEL).view(np.recarray)
     level.columns, level.cells, level.first = columns, columns * rows, first
     return level

@@ -44,7 +44,7 @@ SEEN = (
 
 
 def meeting() -> Scene:
-    """Return a column of three, each touching the next, of which one stands still."""
+    """Returns a column of three, each touching the next, of which one stands still."""
     velocity = [[0.0, 0.5], [0.0, -0.5], [0.0, 0.0]]
     return Scene([[0.5, 0.5], [0.5, 1.5], [0.5, 2.5]], velocity, 0.5, settings=Settings(until=1.0))
 
@@ -86,7 +86,7 @@ BLOCK = re.compile(r"^<!-- file: \S+/phase.py -->\n```python\n(.*?)```$", re.DOT
 
 @contextmanager
 def grid_with(error, folder):
-    """Register the grid of the page with an error; yield its row."""
+    """Registers the grid of the page with an error; yields its row."""
     row, text = BEGINNERS[error], "\n\n".join(BLOCK.findall(PAGE.read_text(encoding="utf-8")))
     for old, new in row["edits"]:
         assert text.count(old) == 1, old

@@ -36,7 +36,7 @@ def kinetile_broad_phases():
 
 
 def installed(folder: Path, body: str) -> list[str]:
-    """Write a phase of this body as a distribution; return what PYTHONPATH must have."""
+    """Writes a phase of this body as a distribution; returns what PYTHONPATH must have."""
     (folder / "faulty_phase.py").write_text(f"{HEAD}    {body}\n{TAIL}", encoding="utf-8")
     (folder / "faulty_plugin.py").write_text(
         "import kinetile as kt\n\n\n@kt.hookimpl\ndef kinetile_broad_phases():\n"

@@ -30,7 +30,7 @@ def agree(one, other, exactly: float | None = None) -> bool:
 
 
 def exact_pressure() -> float:
-    """Return P of the two discs: kT = 1/2, and walls of length 4 each of whose contacts gives 2 |v_n|.
+    """Returns P of the two discs: kT = 1/2, and walls of length 4 each of whose contacts gives 2 |v_n|.
 
     The mean of v_n weighted by flux is <v_n^2>/<|v_n|>, with v_n a coordinate of a sphere in 4 dimensions.
     """

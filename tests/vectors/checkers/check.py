@@ -17,7 +17,7 @@ KINDS = ("right", "hits missed", "misses hit", "ticks wrong")
 
 
 def body(row):
-    """Return a body of the rows of discs, x y vx vy radius anchor, or of shapes: core, radius, plan."""
+    """Returns a body of the rows of discs, x y vx vy radius anchor, or of shapes: core, radius, plan."""
     core, radius, plan = row if len(row) == 3 else ([["0x0p+0"] * 2], row[4], [*row[:4], row[5]])
     x, y, vx, vy = map(float.fromhex, plan[:4])
     corners = [tuple(map(float.fromhex, corner)) for corner in core]
@@ -25,7 +25,7 @@ def body(row):
 
 
 def questions(path):
-    """Yield grade, e, the two bodies, and the tick or None, of a file."""
+    """Yields grade, e, the two bodies, and the tick or None, of a file."""
     if path.suffix == ".txt":
         for line in path.read_text().splitlines():
             grade, _, e, tick, *words = line.split()

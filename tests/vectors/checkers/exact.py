@@ -6,7 +6,7 @@ from math import isqrt
 
 
 def time_of_impact(e, a, b):
-    """Return when a and b begin to touch, in ticks of 2^-(52 + e), or None. A body has the corners of its
+    """Returns when a and b begin to touch, in ticks of 2^-(52 + e), or None. A body has the corners of its
     core (a disc: its centre), its radius, its place, its velocity, and the tick at which it is there.
 
     This one is exact: lengths, and what is flown in a tick, are whole numbers of one size.
@@ -40,7 +40,7 @@ def time_of_impact(e, a, b):
     inside = both(*(below(g, w) for g, w, *_ in faces)) if len(faces) > 2 else EMPTY
 
     def near(r):
-        """Return where b's place comes nearer than r to a face or a corner, and to a corner by falling."""
+        """Returns where b's place comes nearer than r to a face or a corner, and to a corner by falling."""
         ticks = [inside[0] - 1] if 0 < inside[0] <= inside[1] else []
         for g, w, u, z, tt in faces:
             over = [below(-1 - g, -w), below(-1 - u, -z), below(u - tt - 1, z)]
@@ -70,14 +70,14 @@ EMPTY = (1, 0)
 
 
 def below(c, b):
-    """Return the first and the last n, from 0 on, with c + b n < 0."""
+    """Returns the first and the last n, from 0 on, with c + b n < 0."""
     if b == 0:
         return (0, FAR) if c < 0 else EMPTY
     return (max(c // -b + 1, 0), FAR) if b < 0 else (0, (-c - 1) // b)
 
 
 def disc_below(c, b, a):
-    """Return the first and the last n, from 0 on, with c + 2 b n + a n^2 < 0."""
+    """Returns the first and the last n, from 0 on, with c + 2 b n + a n^2 < 0."""
     m = b * b - a * c
     if a == 0 or m <= 0:
         return EMPTY  # what rests does not fall, either
@@ -89,7 +89,7 @@ def both(*runs):
 
 
 def first(*runs):
-    """Return [n], n + 1 being the first in all runs; [] if there is none."""
+    """Returns [n], n + 1 being the first in all runs; [] if there is none."""
     low, high = both((1, FAR), *runs)
     return [low - 1] if low <= high else []
 
@@ -107,7 +107,7 @@ def ceil_sqrt(m):
 
 
 def hull(places):
-    """Return the corners of the hull, anticlockwise."""
+    """Returns the corners of the hull, anticlockwise."""
     corners = []
     for ordered in (sorted(places), sorted(places, reverse=True)):
         chain = []

@@ -26,7 +26,7 @@ getcontext().prec = 400  # of squares of lengths from 2^-200 to 2^200
 
 
 def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Query:
-    """Return a query at which resting bodies are where they are, in the slots of their order; their numbers
+    """Returns a query at which resting bodies are where they are, in the slots of their order; their numbers
     are in the opposite order, and one more shape is nobody's."""
     n = len(bodies)
     k = allocate(n, n, 1, shaped=True)
@@ -149,7 +149,7 @@ def gap(body: Body, place) -> Decimal:
 
 
 def gap_of_box(body: Body, box) -> Decimal:
-    """Return how far a body is from a box, below 0 or 0 where they have a point in common."""
+    """Returns how far a body is from a box, below 0 or 0 where they have a point in common."""
     left, bottom, right, top = decimal(*box)
     around, core = [(left, bottom), (right, bottom), (right, top), (left, top)], corners_of(body)
     ways = [(a, b) for shape in (around, core) for a, b in zip(shape, shape[1:] + shape[:1], strict=True)]

@@ -47,7 +47,7 @@ def velocity(rng: random.Random) -> tuple[float, float]:
 
 
 def changed(rng: random.Random, sim: kt.Simulation) -> None:
-    """Run on, up to a time or a contact or just before it, or give a command."""
+    """Runs on, up to a time or a contact or just before it, or gives a command."""
     there = sim.bodies.tolist()
     how = rng.randrange(6)
     try:
@@ -67,7 +67,7 @@ def changed(rng: random.Random, sim: kt.Simulation) -> None:
 
 
 def rows_to_come(sim: kt.Simulation) -> tuple[list[tuple], float]:
-    """Return the rows that follow undisturbed, up to and with the first that changes a plan, and the
+    """Returns the rows that follow undisturbed, up to and with the first that changes a plan, and the
     time up to which these are all."""
     ahead, seen, end = copy(sim), len(sim.contacts), sim.time + LONG
     if sim.scene.periodic:
@@ -124,7 +124,7 @@ def assert_true(sim: kt.Simulation) -> None:
 
 
 def next_event(sim: kt.Simulation) -> kt.Event | None:
-    """Return the next event of a copy: to look for it begins the passings of the start."""
+    """Returns the next event of a copy: to look for it begins the passings of the start."""
     seen = len(sim.contacts)
     event = (ahead := copy(sim)).next_event
     if len(ahead.contacts) == seen:

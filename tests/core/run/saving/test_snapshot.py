@@ -55,7 +55,7 @@ def test_every_way_goes_on_to_the_same_bits(tmp_path, name):
 
 
 def play(sim: kt.Simulation, rng: random.Random) -> None:
-    """Give a simulation one order, or run it: also to more bodies, pairs and speed than its tables have."""
+    """Gives a simulation one order, or runs it: also to more bodies, pairs and speed than its tables have."""
     bodies = sim.bodies.tolist()
     order = rng.randrange(5) if bodies else 4
     if order == 0:
@@ -184,7 +184,7 @@ def test_a_passing_of_four_spans_ended_late_for_it_began_in_the_future():
 
 
 def refuse(state, scene: kt.Scene, wrong: list[tuple]) -> None:
-    """Assert that a state is right, and that each change of it, in a row of a table, is refused."""
+    """Asserts that a state is right, and that each change of it, in a row of a table, is refused."""
     check_state(state, scene)
     taken = []
     for name, at, field, value in wrong:

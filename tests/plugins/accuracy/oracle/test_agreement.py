@@ -87,7 +87,7 @@ def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) ->
 
 
 def later(contacts: Any, ticks: int) -> Any:
-    """Return contacts that all come some ticks later."""
+    """Returns contacts that all come some ticks later."""
     moved = contacts.copy()
     carry, moved["tick"] = np.divmod(moved["tick"] + ticks, 2**52)
     moved["epoch"] += carry

@@ -206,7 +206,7 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
 
 
 def committed() -> dict[str, Any]:
-    """Return what the chart of README says that it is of."""
+    """Returns what the chart of README says that it is of."""
     (text,) = re.findall(r"<dc:description>(.*?)</dc:description>", CHART.read_text(encoding="utf-8"))
     said: dict[str, Any] = json.loads(unescape(text))
     return said

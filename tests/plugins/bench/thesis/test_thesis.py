@@ -32,7 +32,7 @@ ERROR_BARS = {(0.5, 25): 51, (0.5, 100): 311, (0.5, 400): 991}
 
 
 def rates(phase: str, density: float, bodies: int, until: float) -> tuple[float, float]:
-    """Return bound events and collisions in a unit of time, means over six seeds."""
+    """Returns bound events and collisions in a unit of time, means over six seeds."""
     bound = collisions = 0
     for seed in range(1, 7):
         scene = kt.make_scene("grid", bodies=bodies, density=density, seed=seed)
