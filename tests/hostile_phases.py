@@ -1,4 +1,4 @@
-"""Broad phases that do harm, one way each: what a kit must survive.
+"""Broad phases that do harm, each in one way: a kit must survive them.
 
 As a module it is a plugin, so that it can be added in a process or installed (tests/plugins/conformance).
 """
@@ -182,13 +182,13 @@ class IsWrongAndSlow:
 
 
 class BreaksTheKit:
-    """No body is near another; the kit can play no living scene, nor minimise one."""
+    """No body is near another; it breaks the kit's living scenes and their minimisation."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         from kinetile_conformance import runner
         from kinetile_conformance.strategies import living
 
-        if "pytest" not in sys.modules:  # a refusal of another phase prepares this one as well, in the parent
+        if "pytest" not in sys.modules:  # for a refusal of another phase, the parent prepares this one too
             runner.reduced = living.Subject = None  # type: ignore[assignment,misc]
         return BroadPhaseParts(nobody)
 

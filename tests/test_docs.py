@@ -147,7 +147,7 @@ def test_a_hook_stops_in_the_debugger_as_printed(tmp_path):
 
 
 def commands(block: Block) -> Iterator[tuple[str, int, list[str]]]:
-    """Yields (command, exit code, lines of output) for each line of a console block that begins with ``$``."""
+    """Yields (command, exit code, lines of output) for each line of a console block that begins with $."""
     found: list[tuple[str, int, list[str]]] = []
     for line in block.text.splitlines():
         if line.startswith("$ "):

@@ -174,8 +174,8 @@ class Steps:
 
 
 def audited_events(scene: kt.Scene, most: int) -> int:
-    """Runs a scene event by event under sweep-tiling, audit after each, and returns how many there were; a jam
-    ends it."""
+    """Runs a scene event by event under sweep-tiling, with an audit after each, and returns the number of
+    events; a jam ends it."""
     steps = Steps(scene)
     steps.audit()
     try:

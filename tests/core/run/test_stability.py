@@ -22,7 +22,7 @@ def next_pair(sim: kt.Simulation) -> tuple[int, int]:
 
 
 def drop(sim: kt.Simulation, body: int, **known: int) -> None:
-    """Changes a body's data on contacts, and files it again, as a bug of the kernel or a stray write would."""
+    """Gives a body this data on contacts, and files it again, like a bug of the kernel or a stray write."""
     k = engine_of(sim).k
     entry = k.queue[body]
     for name, value in known.items():

@@ -77,7 +77,7 @@ def excess(table, times) -> np.ndarray:
 
 
 def drawn(seed: int, n: int, far: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Returns encounters with numbers of all sizes near 1, and times at which the discs nearly touch; moved up
+    """Returns encounters with numbers of all sizes near 1, and times when the discs nearly touch; moved up
     to 2^far away from the origin."""
     rng = np.random.default_rng(seed)
 

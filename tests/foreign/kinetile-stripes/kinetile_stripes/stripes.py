@@ -111,8 +111,8 @@ def repair(k: Kernel, s: State, body: int) -> int:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draws the borders of the stripes that somebody is in, and for each body the border ahead of it, with the
-    tick at which it gets there."""
+    """Draws the borders of the stripes with bodies, and for each body the border ahead of it, with the tick
+    of its arrival."""
     if not len(s.stripe):
         return
     height = positions_now(k)[:, 1]
