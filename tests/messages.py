@@ -1,10 +1,10 @@
-"""Messages as tables: a row of ``messages.toml`` is a call and the sentence with which it ends.
+"""Messages as tables: a row of ``messages.toml`` is a call and its final sentence.
 
 ``test_NAME.py`` has the test of the rows of ``NAME.toml`` beside it. A table there is a law of its rows, and
-``error`` is what they raise; without it, the message is the value of the call. A row is ``[call, part of the
+``error`` is their error; without it, the message is the value of the call. A row is ``[call, part of the
 message, later part, ...]``; the message of an error begins with the name of its class. If the table has a
-``sentence``, all rows have its parts first; if it has a ``call``, theirs are in it in place of ``...``. A
-call is Python: it uses what the module has, what ``uses`` at the top imports, fixtures by their names, the
+``sentence``, all rows have its parts first; if it has a ``call``, its ``...`` stands for theirs. A call is
+Python: it uses the names of the module, the imports of ``uses`` at the top, fixtures by their names, the
 errors of kinetile, and files of an empty folder.
 """
 

@@ -17,7 +17,7 @@ DISCS = VECTORS / "discs.txt"
 
 FILES = {"python": "check.py", "javascript": "check.mjs", "c": "check.c", "rust": "check.rs"}
 OF_ALL_FILES = pytest.mark.parametrize("check", ["python", "javascript"], indirect=True)
-"""The others read ``discs.txt`` alone."""
+"""The others read only ``discs.txt``."""
 
 Check = Callable[..., tuple[int, str]]
 
@@ -41,7 +41,7 @@ def checker(language: str, into: Path) -> list[str]:
 
 @pytest.fixture(scope="module", params=FILES)
 def check(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Check:
-    """Returns a function that runs a checker and returns its exit code and what it printed."""
+    """Returns a function that runs a checker and returns its exit code and its output."""
     command = checker(request.param, tmp_path_factory.mktemp(request.param))
 
     def run(*words: object) -> tuple[int, str]:

@@ -1,7 +1,7 @@
 """Checks a time of impact against the vectors: python check.py [--exact] [FILE ...]
 
-Put your engine's call in the place of ``time_of_impact``: it has the parameters of the one imported here.
-README.md has the files and what counts as wrong.
+Put your engine's call in place of ``time_of_impact``: it has the parameters of the imported one.
+README.md describes the files and the errors.
 """
 
 import json
