@@ -130,12 +130,12 @@ def test_of_two_sides_in_one_line_the_corner_between_them_was_awaited():
 
 
 def not_before_tick(ticks: float) -> float:
-    """Returns what the loop makes of a bound (``predictions.not_before``)."""
+    """Returns the loop's result for a bound (``predictions.not_before``)."""
     return int(max(ticks - MARGIN, 0.0)) if ticks < LEFT_OUT else NEVER
 
 
 def overlaps(m: Difference, flight: Separation) -> bool:
-    """Returns whether two bodies overlap at the later of their anchors."""
+    """Returns True if two bodies overlap at the later of their anchors."""
     bits = max(m.bits, flight.bits)
     m, d = m.finer(bits), tuple(x << (bits - flight.bits) for x in flight.ways[0])
     ways = [(face, less(d, face.start)) for face in m.faces]

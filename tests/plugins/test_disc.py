@@ -101,7 +101,7 @@ def test_a_scene_with_room_for_alike_bodies_takes_another_in(phase):
 
 
 def test_columns_of_one_number_are_filled_from_a_snapshot(tmp_path):
-    """Of the same phases, of others, and in a file."""
+    """For the same phases, for others, and in a file."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")
     sim.run(max_contacts=5)
     there = sim.snapshot()

@@ -39,7 +39,7 @@ def drawn(seed: int, kind: str) -> kt.Scene:
 
 
 def met(scene: kt.Scene, phase: str = "naive") -> str:
-    """Returns what becomes of a scene in which nothing should happen: "jams", "snags", "met" or nothing."""
+    """Returns the result of a scene without any event to come: "jams", "snags", "met" or nothing."""
     sim = kt.Simulation(scene, phase)
     try:
         sim.run(until=12.0, max_contacts=50)

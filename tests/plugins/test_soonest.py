@@ -20,7 +20,7 @@ from kinetile_plugins.lower_bounds import LEAST
 from lanes import examples
 
 CLOSE = 2.0**-30
-"""Of the time in which the discs' extent is crossed: how far an ordinary bound may be from the contact."""
+"""A part of the time to cross the discs' extent: how far an ordinary bound may be from the contact."""
 
 
 def tables(scene: kt.Scene, ahead: int = 0) -> Kernel:
@@ -193,7 +193,7 @@ def test_bodies_of_one_radius_and_mass_that_stay_so_have_hooks_without_them(diff
 
 @pytest.mark.parametrize("density", [0.5, 0.01])
 def test_ordinary_bounds_are_close_to_the_contact(density):
-    """Else every contact would be asked for twice."""
+    """Else every contact would be computed twice."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=density, seed=2), "naive")
     sim.run(max_contacts=25)
     sim.build()

@@ -108,7 +108,7 @@ def differing(wrong: list[str], count: int) -> str:
 
 
 def check_meetings(k: Kernel, questions: list[Any], meet: Any) -> None:
-    """Asserts that ``meet`` answers each question, asked in both orders, with the tick of its row."""
+    """Asserts that ``meet`` returns the tick of its row for each question, in both orders."""
     found = np.zeros(2 * len(questions), dtype=np.int64)
     asking = compose(meet_all, {"meet": meet}, "vectors", Kernel)
     with np.errstate(all="ignore"):
@@ -314,7 +314,7 @@ SMALL = [
     pytest.param(name, marks=pytest.mark.small) if "periodic" in run["scene"] else name
     for name, run in RUNS.items()
 ]
-"""All runs; those of periodic boxes are short, and each kind of box would be a loop to compile."""
+"""All runs; runs of periodic boxes are short, and each kind of box would be a loop to compile."""
 
 
 @pytest.mark.parametrize("name", first(5, SMALL[::4] + [each for at, each in enumerate(SMALL) if at % 4]))

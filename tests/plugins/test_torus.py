@@ -170,7 +170,7 @@ def test_a_body_written_some_periods_away_is_the_same_body():
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_long_thin_torus_cost_an_event_for_each_round_of_its_short_axis():
-    """Of up to three rows each is near all: crossing them, ten thousand times a contact, was an event."""
+    """Each of up to three rows is near all: crossing them, ten thousand times a contact, was an event."""
     n, length = 8, 1e5
     places = np.column_stack([(np.arange(n) + 0.5) * length / n, np.full(n, 0.5)])
     velocities = 3e4 * np.random.default_rng(2).normal(size=(n, 2))

@@ -1,4 +1,4 @@
-"""Processes that record and are killed, or get two signals: what they leave is a true prefix of the run."""
+"""Processes that record and are killed, or get two signals: their files are true prefixes of the run."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""Many bodies inserted at once: as the same insertions one after the other, some of which have no room."""
+"""Many bodies inserted at once: as the same insertions one after the other, some of them without room."""
 
 import pickle
 import random

@@ -1,4 +1,4 @@
-"""Hard cases of every kind: what is lost is told, what is jammed is told at once, and nothing drifts."""
+"""Hard cases of every kind: losses are reported, jams are reported at once, and nothing drifts."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the instruments of accuracy refuse: the rows of ``messages.toml``."""
+"""The refusals of the instruments of accuracy: the rows of ``messages.toml``."""
 
 from pathlib import Path
 

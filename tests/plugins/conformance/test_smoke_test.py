@@ -53,7 +53,7 @@ SAID = [
     ("return helper(k)", r"helper is a plain function, .*toolbox\.hook \(.*faulty_phase\.py, line 6\)"),
     ("k.near[: len(k.bodies)] = range(len(k.bodies)); return eval('len(k.bodies)')", r"eval.* line 13\)"),
 ]
-"""The body of ``near``, and what is said: without compiling, but of the last, which is right as Python."""
+"""The body of ``near``, and the message: without compiling, but for the last, which is right as Python."""
 
 
 @pytest.mark.parametrize(("body", "said"), first(2, SAID))

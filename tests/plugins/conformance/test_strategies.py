@@ -1,4 +1,4 @@
-"""Swarms, marathons and lattices find what six bodies do not show; and what is right passes them."""
+"""Swarms, marathons and lattices find what six bodies do not show; and right phases pass them."""
 
 import importlib
 import itertools

@@ -1,4 +1,4 @@
-"""What is observed in a run that is stopped, saved and resumed: the same estimates, bit for bit."""
+"""Observables of a run that is stopped, saved and resumed: the same estimates, bit for bit."""
 
 import pickle
 from collections.abc import Callable
@@ -59,7 +59,7 @@ SCENES: dict[str, tuple[Callable[[], kt.Scene], list[str]]] = {
 
 
 def by_contacts(many: int) -> Stops:
-    """Stops between two contacts, also those of one tick."""
+    """Stops between two contacts, also at one tick."""
 
     def run(sim, observe):
         sim.run(END, max_contacts=many, observe=observe)

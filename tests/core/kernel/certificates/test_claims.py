@@ -1,4 +1,4 @@
-"""What the filters say of their own errors, against fractions: never too little, and not idly much."""
+"""The filters' claims on their own errors, against fractions: never too little, and not idly much."""
 
 from fractions import Fraction
 from math import isqrt

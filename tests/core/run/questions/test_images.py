@@ -37,7 +37,7 @@ def entry(x: Fraction, y: Fraction, r: Fraction, direction: list[Fraction]) -> E
 
 
 def length(at: Entry, n: Fraction) -> Fraction:
-    """Returns how far that is to enough digits that equal lengths are equal; n is the direction's square."""
+    """Returns the distance, to enough digits that equal lengths are equal; n is the direction's square."""
     far = root(at[0] * at[0] * n) - root(at[1] * n)
     return Fraction(round(far * (1 << BITS // 2)), 1 << BITS // 2)
 

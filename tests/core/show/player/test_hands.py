@@ -1,4 +1,4 @@
-"""What hands do to a page in a real browser: wheel, fingers, clicks, Space; and what the page says then."""
+"""What hands do to a page in a real browser: wheel, fingers, clicks, Space; and the page's words then."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Try it: what a reader throws, inserts or turns back, or a time-stepped engine, in a real browser."""
+"""Try it: a reader's throws, insertions and turns, or a time-stepped engine, in a real browser."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The pseudo-dynamic method: that it is what it says, no better and no worse."""
+"""The pseudo-dynamic method: its stated properties, no better and no worse."""
 
 import math
 
