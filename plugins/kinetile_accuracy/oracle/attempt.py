@@ -126,7 +126,7 @@ class Attempt:
     def _next(self) -> Key | None:
         """Returns the next event, or None. Raises Undecided if it is not certain."""
         # Every other event certainly comes after one of these. An event in doubt has no upper bound: it is
-        # among them from the first moment on at which it may come.
+        # among them from its first possible moment on.
         events = self._events
         bound = min([each.moment.high for each in events.values() if not each.doubt], default=math.inf)
         near = sorted(key for key, each in events.items() if each.moment.low <= bound)

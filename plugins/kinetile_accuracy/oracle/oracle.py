@@ -21,11 +21,11 @@ from kinetile.lazy import needed
 from kinetile_accuracy.sections import listed
 
 CAP_BITS = 1 << 13
-"""Bits at which the oracle gives up, by default."""
+"""The most bits that the oracle tries by default."""
 
 FIRST_BITS = 1 << 7
 STUCK = 4
-"""Precisions in a row at which the same comparison may fail: after that it counts as an exact tie."""
+"""After this number of precisions in a row, the same failed comparison counts as an exact tie."""
 
 MOST_BODIES = 1000
 

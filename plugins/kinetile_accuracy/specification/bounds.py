@@ -104,7 +104,7 @@ class ContactBounds:
         self.origin = origin
 
     def waits(self, bodies: list[int], now: int) -> Floats:
-        """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another; infinite if
+        """Returns (len(bodies), n): ticks from ``now`` on without a contact of two bodies; infinite if
         they never do on these plans, and for the body itself."""
         with np.errstate(all="ignore"):
             place, flies, pull = self._plans.reshape(3, 2, -1)

@@ -36,7 +36,7 @@ _PLAN = ("x", "y", "vx", "vy")
 _NAMES, _TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
 
 _IDLE = UNIT_TICKS << 20
-"""Ticks without a contact after which a run with a number of contacts as its end is given up."""
+"""A run that ends by its number of contacts is given up after so many ticks without a contact."""
 
 _FARTHEST = 20_000
 """The most contacts before a difference that ``explain_difference`` certifies, in some seconds."""
@@ -73,7 +73,7 @@ class WrongLine:
 @dataclass(frozen=True)
 class CertifiedLog:
     """The result of a check: the number of right ``lines``, of the ``total``, before ``wrong``, if there is
-    one. ``until`` is the time up to and at which there must be no further contact; None: later contacts were
+    one. ``until``: no further contact is allowed up to and at this time; None: later contacts were
     not checked. ``finished`` is False if the check was interrupted. ``fingerprint`` is the digest of the
     contacts (rule 10), if all lines are right."""
 

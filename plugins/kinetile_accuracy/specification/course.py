@@ -333,7 +333,7 @@ class Course:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
         held = self.held[a], self.held[b]
         pulls = self.plans[a].pull, self.plans[b].pull
-        one, two = self._anchored(a), self._anchored(b)  # the plans by which they meet
+        one, two = self._anchored(a), self._anchored(b)  # the plans of their contact
         out, face = self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
         plans = one, two = self._let_go(a), self._let_go(b)
         w = self._answers.settle(a, b)

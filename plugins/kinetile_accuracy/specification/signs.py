@@ -4,7 +4,7 @@ A polynomial of a whole number of ticks is the list of its coefficients, integer
 depends on signs at whole ticks: it is at the first n with Q(n + 1) below 0 and below Q(n). Let
 dQ(n) = Q(n + 1) - Q(n), of one degree less. In an interval where dQ is nowhere below 0, or everywhere, Q is
 monotone; so it changes its sign at most once there, and bisection finds the place. By induction this gives,
-for a polynomial of any degree, all places at which it falls below 0 or comes back. No root decides: for
+for a polynomial of any degree, all n with a fall below 0 or a return. No root decides: for
 degrees 1 and 2 the bisection begins at the roots, which makes it short.
 """
 

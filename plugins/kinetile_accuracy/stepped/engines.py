@@ -131,7 +131,7 @@ _SETTINGS: dict[EngineName, str] = {
     ),
     "box2d": (
         f"{_BODIES}; no disc is a bullet, so that contacts with walls are detected continuously, and "
-        f"those of two discs after each step; {_OF_BOX2D}"
+        f"contacts of discs after each step; {_OF_BOX2D}"
     ),
     "box2d-bullets": (
         f"{_BODIES}; every disc is a bullet, so that all contacts are detected continuously; {_OF_BOX2D}"

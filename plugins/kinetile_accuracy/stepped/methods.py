@@ -5,8 +5,8 @@ are contacts of two discs that *have both touched nothing before*, no disc and n
 until then. A method has such an encounter if it, too, has it as the first contact of both discs, with an
 impulse, at any time; if several contacts are found at the same snapshot, each may be the first.
 
-Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
-median of at least five runs, in which the methods take turns. Errors are taken from other runs.
+Times are processor time of the loop alone (with static construction, without set-up and compilation), the
+median of at least five runs, with the methods in turn. Errors are taken from other runs.
 """
 
 import math
@@ -68,7 +68,7 @@ class SpeedError:
     density: Annotated[float, Column("of the scenes", "density")]
     kind: Annotated[MethodKind, Column("kinetic, snapshots or engine")]
     method: Annotated[str, Column("broad phase, how snapshots find pairs, or engine", "method")]
-    dt: Annotated[float | None, Column("the step, in the scene's time; kinetic methods have none", "dt")]
+    dt: Annotated[float | None, Column("the step, in the scene's time; empty for kinetic methods", "dt")]
     cost: Annotated[float, Column("median run of a unit of simulated time", "CPU s per unit of time")]
     cost_low: Annotated[float, Column("of the cheapest of the scenes")]
     cost_high: Annotated[float, Column("of the dearest of the scenes")]
