@@ -249,7 +249,7 @@ class Checkpoint:
         except RecordError as error:
             return f"; {error} ({self._last_state})"
         except KeyboardInterrupt:
-            return f"; not saved again ({self._last_state})"
+            return f"; not saved any more ({self._last_state})"
         return f"; `kinetile resume {self.path}` continues from there"
 
     @property
