@@ -1,6 +1,6 @@
 """axe-core, the checker of accessibility, for pages in a browser.
 
-It is installed by name into a temporary folder, and is no part of kinetile.
+It is installed by name into a temporary folder, and is not a part of kinetile.
 """
 
 import json
@@ -17,7 +17,7 @@ AXE = "axe-core@4"
 
 
 def install_axe(folder: Path) -> str:
-    """Install axe-core into a folder, and return its script; skip the test where that cannot be."""
+    """Installs axe-core into a folder, and returns its script; skips the test if that fails."""
     command = [program("npm"), "install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder), AXE]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
@@ -30,7 +30,7 @@ def install_axe(folder: Path) -> str:
 
 
 def violations(browser: Browser, axe: str) -> list[Any]:
-    """Return what axe finds fault with in the page as it is: [rule, impact, the elements]."""
+    """Returns the faults that axe finds in the present page: [rule, impact, the elements]."""
     browser.settle()
     browser.ask("Runtime.evaluate", expression=axe)
     told = """axe.run().then(({violations, passes}) => JSON.stringify([passes.length,

@@ -1,5 +1,5 @@
-"""One answer: run a scene under every broad phase and compare what comes out, bit for bit, without any
-tolerance."""
+"""One answer: runs of a scene under all broad phases, and the comparison of their results bit for bit,
+without any tolerance."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -26,7 +26,7 @@ ALL = PHASES + LINES + TILING + POWER
 
 
 def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
-    """Return the choices that take a scene, if its skin is not too thick for them."""
+    """Returns the choices that accept a scene, if its skin is not too thick for them."""
     apart = all(response.name != "pass" for _, response in scene.responses)
     level = all(
         shape.radius > 0.0 and len(shape.core) < 3 and not any(y for _, y in shape.core)
@@ -45,8 +45,8 @@ def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
 
 
 def compared(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
-    """Return the same, but in the default lane only those of ``COMPILED``, along x, where loops are compiled:
-    plain hooks run under all there, and a loop costs as much as a hundred tests."""
+    """Returns the same, but in the default lane only the choices of ``COMPILED``, along x, if loops are
+    compiled: plain hooks run under all choices there, and a loop costs as much as a hundred tests."""
     all_of_them = NOTHING_IS_COMPILED or lanes.slow_ones
     return tuple(
         (phase, options)
@@ -56,7 +56,7 @@ def compared(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
 
 
 class Outcome(NamedTuple):
-    """All that a run leaves behind, bit for bit."""
+    """All results of a run, bit for bit."""
 
     contacts: bytes
     ended: str
@@ -74,7 +74,7 @@ class Outcome(NamedTuple):
 def outcome(
     scene: kt.Scene, phase: str, options: dict[str, Any], until: float | None, max_contacts: int | None
 ) -> tuple[kt.Simulation, Outcome]:
-    """Run a scene under one phase; an error of the simulation is part of the outcome."""
+    """Runs a scene under one phase; an error of the simulation is part of the outcome."""
     sim = kt.Simulation(scene, phase, narrow_phases=_narrow(scene, phase), options=options)
     ended = "ran"
     try:
@@ -85,8 +85,8 @@ def outcome(
 
 
 def _narrow(scene: kt.Scene, phase: str) -> dict[str, dict[str, Any]] | None:
-    """Returns narrow phases that have one loop for bodies that are alike and for others, to be compiled once;
-    phases of ``ALIKE`` have both loops, so that these are compared."""
+    """Returns narrow phases that have one loop for bodies that are alike and for others, to be compiled once.
+    Phases of ``ALIKE`` have both loops, so these are compared."""
     if NOTHING_IS_COMPILED or scene.shapes or scene.settings.narrow_phases or phase in lanes.ALIKE:
         return None
     walls = {"wall": {}} if scene.arena is not None and scene.periodic != "xy" else {}
@@ -120,7 +120,7 @@ def agree(
 def assert_one_answer(
     scene: kt.Scene, *, until: float | None = None, max_contacts: int | None = None, ends: str = "ran"
 ) -> kt.Simulation:
-    """Assert that every phase gives the same contacts, end, time and final state; return the reference's
+    """Asserts that every phase gives the same contacts, end, time and final state; returns the reference's
     simulation."""
     reference: tuple[kt.Simulation, Outcome] | None = None
     for phase, options in compared(scene):
@@ -137,7 +137,7 @@ def assert_one_answer(
 
 
 def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b: Outcome) -> str:
-    """Say where two outcomes part."""
+    """Returns the first difference of two outcomes, in words."""
     rows = min(len(one.contacts), len(two.contacts))
     parted = np.flatnonzero(one.contacts[:rows] != two.contacts[:rows])
     if len(parted):
@@ -151,8 +151,8 @@ def difference(one: kt.Simulation, two: kt.Simulation, name: str, a: Outcome, b:
 
 
 def lattice(seed: int, jitter: bool, most_turns: int) -> kt.Scene:
-    """A lattice with exact ties and touching starts, or jittered by 1e-16 to 1e-9; with turns at tie instants
-    unless their most is 0."""
+    """Returns a lattice with exact ties and touching starts, or jittered by 1e-16 to 1e-9; with turns at tie
+    instants unless ``most_turns`` is 0."""
     rng = np.random.default_rng(seed)
     return kt.make_scene(
         "lattice",
@@ -166,5 +166,5 @@ def lattice(seed: int, jitter: bool, most_turns: int) -> kt.Scene:
 
 
 def lattice_scene(seed: int) -> kt.Scene:
-    """A lattice with jitter, turns, both or neither: the seed decides."""
+    """Returns a lattice with jitter, turns, both or neither: the seed decides."""
     return lattice(seed, seed % 4 >= 2, 76 if seed % 8 >= 4 else 0)

@@ -1,4 +1,4 @@
-"""Broad phases with one defect each, to see that the kernel names it."""
+"""Broad phases with one defect each, to test that the kernel names it."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ def all_but_one(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def nothing(k: Kernel, s: State) -> None:
-    """Leave everything as it is."""
+    """Changes nothing."""
 
 
 @hook
@@ -113,7 +113,7 @@ def the_later_ones(k: Kernel, s: State, body: int) -> int:
 
 
 def phase(near=all_but_one, build=nothing, repair=again, replan=leave_plans):
-    """Return a broad phase made of these hooks."""
+    """Returns a broad phase made of these hooks."""
 
     class Broken:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
@@ -140,7 +140,7 @@ SPECS = [kt.BroadPhaseSpec(name, target) for name, target in BROKEN.items()]
 
 
 class Blind:
-    """Brings a broad phase that never sees bodies 0 and 1 meet."""
+    """A plugin with a broad phase that never sees bodies 0 and 1 meet."""
 
     @kt.hookimpl
     def kinetile_broad_phases(self):

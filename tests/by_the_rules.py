@@ -26,8 +26,8 @@ def answer(
     last: tuple[int, int] | None = None,
     counts: Counter[str] | None = None,
 ) -> Answer:
-    """Return a number of contacts at most, up to and at a tick, or up to an exact end. ``counts``
-    gets how often bodies settled, of these between two supports, left one, or were let go by a command."""
+    """Returns at most a number of contacts, up to and at a tick, or up to an exact end. ``counts`` gets the
+    numbers of bodies that settled, settled between two supports, left one, or were released by a command."""
     course, rows = Course(scene, last), []
     while len(rows) < contacts and (event := course.next(until)) is not None:
         if event.b >= 0 or event.b in WALLS:
@@ -46,7 +46,7 @@ def answer(
 
 
 def answer_of_game(game: kt.Scene, contacts: int, counts: Counter[str] | None = None) -> list[Row]:
-    """Return a number of contacts at most of a scene that says when it ends."""
+    """Returns at most a number of contacts of a scene with its own end."""
     end, until = game.settings.end, game.settings.until
     if end is not None:
         tick = (end[0] << 52) + end[1]

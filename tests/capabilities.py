@@ -1,8 +1,7 @@
 """The rows of the matrix: capabilities, each a change of one small scene, so that any two of them can meet.
 
 Seven bodies fly on dyadic plans for four units of time. A capability changes them (``Draft``), and its
-``seen`` says by which contacts it was there: a crossing whose capability never came into play would hold for
-nothing.
+``seen`` tests that contacts show it: a crossing without an effect of its capability would prove nothing.
 """
 
 import math
@@ -22,7 +21,7 @@ TURNED = (-1.0, 2.0)
 
 
 class Commands(NamedTuple):
-    """When a body is inserted, which is turned, and which removed."""
+    """The time of an insertion, the body that is turned, and the body that is removed."""
 
     insert: tuple[float, tuple[float, float], tuple[float, float]]
     turn: tuple[float, int]
@@ -33,10 +32,10 @@ PLANNED = Commands((0.5, (0.5, 5.5), (2.0, -2.0)), (1.5, 0), (2.75, 6))
 BY_HAND = Commands((0.5, (5.25, 4.75), (-2.75, -1.25)), (1.75, 1), (3.0, 5))
 
 CHANGED = ((1.0, 2, "c"), (1.25, 4, "c"), (2.5, 2, "a"), (1.125, 0, "c"))
-"""Which bodies are of another kind from a time on: those of the scene, and by hand."""
+"""The bodies of another kind from a time on: by the scene's commands, and by hand."""
 
 MOVED = ((1.125, 4, (0.5, 0.875)), (1.375, 6, (0.5, 3.875)), (1.625, 5, (4.375, 4.5)))
-"""Which bodies are elsewhere from a time on: the last of them by hand."""
+"""The bodies that are moved at a time: the last of them by hand."""
 
 FORMS = (
     kt.box(0.5, 0.375),
@@ -49,18 +48,18 @@ FORMS = (
 
 @dataclass(frozen=True)
 class Draft:
-    """What a scene is made of, before it is one.
+    """The parts of a scene, before it is made.
 
     Attributes:
-        scale: by how much each body is larger than usual.
-        mass: of each body.
-        shaped: whether bodies have the shapes of ``FORMS``, else they are discs.
+        scale: the factor of each body's size.
+        mass: the mass of each body.
+        shaped: True if bodies have the shapes of ``FORMS``, else they are discs.
         frame: further arguments of the scene.
         rules: responses by kinds; with any, bodies are of the kinds "a" and "b" in turn.
-        planned: whether the scene has commands.
-        by_hand: whether commands are given by hand.
-        changing: whether bodies get another kind, "c", by commands of the scene and by hand.
-        moving: whether bodies are moved, by commands of the scene and by hand.
+        planned: True if the scene has commands.
+        by_hand: True if commands are given by hand.
+        changing: True if bodies get another kind, "c", by commands of the scene and by hand.
+        moving: True if bodies are moved, by commands of the scene and by hand.
         narrow: the narrow phase for pairs; None: the usual one.
     """
 
@@ -79,17 +78,17 @@ class Draft:
         return replace(self, frame={**self.frame, **more})
 
     def ruled(self, rules: dict[Any, Any]) -> "Draft":
-        """Returns this draft with further responses; those that are there already stay."""
+        """Returns this draft with further responses; existing ones stay."""
         return replace(self, rules={**rules, **self.rules})
 
     def form(self, body: int) -> kt.Shape:
-        """Returns the shape of a body; the one that is inserted comes after the seven."""
+        """Returns the shape of a body; the inserted one comes after the seven."""
         shape = FORMS[body % len(FORMS)] if self.shaped else kt.disc(0.25)
         by = self.scale[body] if body < len(self.scale) else 0.75
         return kt.Shape(tuple((x * by, y * by) for x, y in shape.core), shape.radius * by)
 
     def newcomer(self) -> dict[str, Any]:
-        """Returns the arguments of the inserted body but its place and velocity."""
+        """Returns the arguments of the inserted body, without its place and velocity."""
         form = self.form(7)
         return {"shape": form} if self.shaped else {"radius": form.reach}
 
@@ -134,8 +133,8 @@ Rows = list[tuple[int, int, int, int]]
 
 @dataclass(frozen=True)
 class Capability:
-    """A row of the matrix: its name, what it does to a draft, and whether two bodies that met show it, by
-    their numbers, the lower first; or whether a run at its end does."""
+    """A row of the matrix: its name, its change of a draft, and a test that two bodies that met show it, by
+    their numbers, the lower first; or a test that a run at its end does."""
 
     name: str
     change: Callable[[Draft], Draft]
@@ -178,7 +177,7 @@ def _obstacles(draft: Draft) -> Draft:
 
 
 def _rest(draft: Draft) -> Draft:
-    """Gravity, and bodies that settle: by the end some lie on the floor."""
+    """Adds gravity, and bodies that settle: at the end some lie on the floor."""
     return draft.framed(gravity=(0.0, -0.5)).ruled({("*", "*"): SETTLING, ("*", "wall"): SETTLING})
 
 
@@ -232,7 +231,7 @@ BY_NAME = {each.name: each for each in CAPABILITIES}
 
 
 class Narrow:
-    """Somebody else's narrow phase for all shapes: the parts of the usual ones, under a name of its own."""
+    """A foreign narrow phase for all shapes: the parts of the usual ones, under its own name."""
 
     def prepare(self, scene: kt.Scene) -> PairParts:
         usual = kt.registry().target("narrow phase", "convex" if scene.shapes else "disc")
@@ -242,7 +241,7 @@ class Narrow:
 
 @hook
 def swap(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Any) -> None:
-    """Turn both velocities round: one is as good as another, if no other body has it."""
+    """Reverses both velocities: any velocity will do, if no other body has it."""
     for body in (a, b):
         if body >= 0 and k.mass[body] < math.inf:
             k.bodies[body].vx = -k.bodies[body].vx
@@ -268,7 +267,7 @@ FOREIGN = (
 
 
 class Game:
-    """A scene of some capabilities, that is played under any broad phase, with its commands by hand."""
+    """A scene of some capabilities, which is played under any broad phase, with its commands by hand."""
 
     def __init__(self, *names: str) -> None:
         self.names = names
@@ -284,7 +283,7 @@ class Game:
         return kt.Simulation(self.scene, phase, live=self.draft.by_hand or self.draft.moving, **more)
 
     def play(self, sim: kt.Simulation, until: float = LASTS, **more: Any) -> kt.Simulation:
-        """Runs a simulation on up to a time, with the commands that come before it."""
+        """Continues a simulation up to a time, with the commands before it."""
         insert, turn, remove = BY_HAND
         change, body, kind = CHANGED[-1]
         move, moved, place = MOVED[-1]
@@ -310,19 +309,19 @@ def rows_of(sim: kt.Simulation) -> Rows:
 
 
 def moments_of(met: kt.Simulation | list[kt.Event]) -> list[tuple[int, int, set[int]]]:
-    """Returns the tick and the bodies of each contact of a run, or of events that have been returned."""
+    """Returns the tick and the bodies of each contact of a run, or of given events."""
     if isinstance(met, list):
         return [(each.epoch, each.tick, {*each.bodies}) for each in met]
     return [(epoch, tick, {a, *([b] if b >= 0 else [])}) for epoch, tick, a, b in rows_of(met)]
 
 
 def outcome(sim: kt.Simulation) -> tuple[Any, ...]:
-    """Returns what must be the same, bit for bit, however a game was played."""
+    """Returns all that must be the same, bit for bit, however a game was played."""
     return rows_of(sim), sim.bodies.tolist(), sim.positions().tobytes(), sim.velocities().tobytes()
 
 
 def differs(sim: kt.Simulation, wanted: kt.Simulation) -> str:
-    """Returns where two runs differ; "" where they do not."""
+    """Returns the first difference of two runs in words; "" without one."""
     found, right = outcome(sim), outcome(wanted)
     if found == right:
         return ""

@@ -1,6 +1,6 @@
 """A headless chromium, driven over a pipe of its debugging protocol: no port is opened.
 
-Tests of pages use it, the script that photographs the player for the documents, and the one that measures it.
+Tests of pages use it, and the scripts that photograph the player for the documents and that measure it.
 """
 
 import base64
@@ -20,7 +20,7 @@ from programs import program
 needs_chromium = pytest.mark.needs("chromium")
 
 _PATIENCE = 120.0
-"""Seconds within which an answer has to come."""
+"""The limit of an answer in seconds."""
 
 _KEYS = {" ": ("Space", 32), "Tab": ("Tab", 9), "Enter": ("Enter", 13), "Escape": ("Escape", 27)}
 _KEYS |= {"ArrowLeft": ("ArrowLeft", 37), "ArrowUp": ("ArrowUp", 38), "ArrowRight": ("ArrowRight", 39)}
@@ -31,17 +31,17 @@ SHIFT = 8
 
 
 class Browser:
-    """A browser with one page in it, closed at the end of a ``with``. ``events`` are all that it has said."""
+    """A browser with one page in it, closed at the end of a ``with``. ``events`` are all its events."""
 
     def __init__(self, width: int = 1280, height: int = 800, *, dark: bool = False) -> None:
-        """Start one with a window of a size in pixels; ``dark`` as a reader's system may be."""
+        """Starts one with a window of a size in pixels; ``dark``: in the reader's dark colour scheme."""
         chromium = program("chromium")
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_it, ours = os.pipe()
         theirs, from_it = os.pipe()
 
         def connect() -> None:
-            os.dup2(to_it, 103)  # first out of the way: either may be 3 or 4 already
+            os.dup2(to_it, 103)  # first to other numbers: either may be 3 or 4 already
             os.dup2(from_it, 104)
             os.dup2(103, 3)
             os.dup2(104, 4)
@@ -86,7 +86,7 @@ class Browser:
         self._folder.cleanup()
 
     def ask(self, method: str, **params: Any) -> Any:
-        """Send a command of the protocol, and return its result."""
+        """Sends a command of the protocol, and returns its result."""
         self._number += 1
         message: dict[str, Any] = {"id": self._number, "method": method, "params": params}
         if self._session:
@@ -100,13 +100,13 @@ class Browser:
         return found["result"]
 
     def wait_for(self, method: str) -> None:
-        """Read on until an event of a name has come since the last question."""
+        """Reads until an event of a name has arrived since the last question."""
         while (found := self._next())["method"] != method:
             self.events.append(found)
         self.events.append(found)
 
     def _next(self) -> dict[str, Any]:
-        """Return the next message of the browser."""
+        """Returns the next message of the browser."""
         while b"\0" not in self._left:
             ready, _, _ = select.select([self._read], [], [], _PATIENCE)
             assert ready, f"the browser has said nothing for {_PATIENCE:g} s"
@@ -118,25 +118,25 @@ class Browser:
         return found
 
     def value(self, expression: str) -> Any:
-        """Return the value of an expression in the page, awaited if it is a promise."""
+        """Returns the value of an expression in the page, awaited if it is a promise."""
         found = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
     def visit(self, path: Path, query: str = "") -> None:
-        """Open any page from its file, with a query from "?" on, and wait until it is loaded."""
+        """Opens any page from its file, with a query from "?" on, and waits until it is loaded."""
         self.ask("Page.navigate", url=path.resolve().as_uri() + query)
         while self.value("document.readyState") != "complete":
             time.sleep(0.01)
 
     def open(self, path: Path, link: str = "") -> None:
-        """Open a page of the player from its file, at a link from "#" on, and wait until it is there."""
+        """Opens a page of the player from its file, at a link from "#" on, and waits until it is there."""
         if link:  # a page that is open already would only go there
             self.visit(Path(os.devnull))
         self.ask("Page.navigate", url=path.resolve().as_uri() + link)
         if not any(each["method"] == "Page.loadEventFired" for each in self.events[-30:]):
             self.wait_for("Page.loadEventFired")
-        # The mark of a page that is ready is in a saved copy of it from the start.
+        # A saved copy of a page has the mark of a ready page from the start.
         end = time.monotonic() + 600.0
         while not self.value("window.kinetilePlayer && document.documentElement?.dataset.ready"):
             assert time.monotonic() < end, f"{path} is no page of the player: visit it"
@@ -145,7 +145,7 @@ class Browser:
             time.sleep(0.01)
 
     def press(self, *keys: str, modifiers: int = 0) -> None:
-        """Press keys, one after the other, as a keyboard would."""
+        """Presses keys, one after the other, as a keyboard would."""
         for key in keys:
             code, number = _KEYS.get(key) or (f"Key{key.upper()}", ord(key.upper()) if key.isalnum() else 0)
             params = {"key": key, "code": code, "windowsVirtualKeyCode": number, "modifiers": modifiers}
@@ -160,22 +160,22 @@ class Browser:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until what was asked for is on the screen: two frames."""
+        """Waits until the last change is on the screen: two frames."""
         for _ in range(2):
             self.value("new Promise((done) => requestAnimationFrame(() => done(true)))")
 
     def photograph(self, whole: bool = False) -> bytes:
-        """Return a picture of the window as PNG, or of the whole page."""
+        """Returns a picture of the window as PNG, or of the whole page."""
         self.settle()
         picture = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         return base64.b64decode(picture["data"])
 
     def said(self) -> list[dict[str, Any]]:
-        """Return what was written to the console, or thrown and not caught."""
+        """Returns the messages of the console, and uncaught errors."""
         names = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
         return [each for each in self.events if each.get("method") in names]
 
     def asked_for(self) -> set[str]:
-        """Return the addresses that the page has asked for."""
+        """Returns the addresses that the page has requested."""
         sent = [each for each in self.events if each.get("method") == "Network.requestWillBeSent"]
         return {each["params"]["request"]["url"] for each in sent}

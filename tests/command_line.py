@@ -15,7 +15,7 @@ typer.testing._get_command = cache(typer.main.get_command)  # it takes 40 ms, an
 
 
 def kinetile(line: str, *more: object, code: int | None = None, stdin: str | None = None) -> Result:
-    """Run a command, which ends with an exit code; an error that is no exit is raised here."""
+    """Runs a command, which ends with an exit code; any other error is raised here."""
     result = CliRunner().invoke(app, [*shlex.split(line), *map(str, more)], input=stdin)
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
@@ -24,12 +24,12 @@ def kinetile(line: str, *more: object, code: int | None = None, stdin: str | Non
 
 
 def printed(line: str, *more: object) -> Any:
-    """Run a command that succeeds, and read the JSON that it prints."""
+    """Runs a command that succeeds, and reads the JSON that it prints."""
     return json.loads(kinetile(line, *more, "--json", code=0).stdout)
 
 
 def refused(line: str, *more: object) -> str:
-    """Run a command that cannot be done; return the message, which is all that it prints."""
+    """Runs an invalid command; returns the message, its only output."""
     result = kinetile(line, *more, code=2)
     assert result.stdout == ""
     assert "Traceback" not in result.stderr
@@ -37,8 +37,7 @@ def refused(line: str, *more: object) -> str:
 
 
 def left_alone(line: str) -> str:
-    """Run a command that cannot be done, which leaves all files here as they are; return its message as one
-    line."""
+    """Runs an invalid command, which leaves all files here as they are; returns its message as one line."""
     before = _files()
     text = refused(line)
     assert _files() == before

@@ -1,4 +1,4 @@
-"""What all tests share."""
+"""Fixtures and hooks that all tests share."""
 
 import os
 import shlex
@@ -23,17 +23,17 @@ from programs import program
 __all__ = ["pytest_runtest_logreport", "pytest_runtestloop"]
 
 EVERYWHERE = {
-    "deadline": None,  # a busy machine is no failure: no test judges the time that it takes
+    "deadline": None,  # a busy machine is not a failure: no test judges its own duration
     "suppress_health_check": [HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 }
 settings.register_profile("many", **EVERYWHERE)
 settings.register_profile("few", max_examples=20, **EVERYWHERE)
-# ``--hypothesis-profile=many`` has a hundred, where a test does not say otherwise.
+# ``--hypothesis-profile=many`` has a hundred, unless a test has its own number.
 settings.load_profile("few")
 
 if sys.dont_write_bytecode:
-    # Tests start some hundred processes, and each would compile all modules again: what they compile is kept
-    # for as long as this process runs, and not beside the sources.
+    # Tests start some hundred processes, and each would compile all modules again. Compiled modules are kept
+    # as long as this process runs, and not beside the sources.
     _bytecode = tempfile.TemporaryDirectory()
     sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = _bytecode.name
     sys.dont_write_bytecode = False
@@ -55,8 +55,8 @@ OF_PAGES = ("core/show/player/",)
 """Folders whose tests open pages in a browser, or run their script under node: lane ``page``."""
 
 OF_INSTRUMENTS = ("foreign/", "plugins/accuracy/", "plugins/bench/", "plugins/conformance/")
-"""Folders whose tests are not, and may compile loops of their own: they judge foreign phases,
-start processes, and run loops of many events."""
+"""Folders whose tests are not, and may compile their own loops: they judge foreign phases, start processes,
+and run loops of many events."""
 
 
 QUICK = (
@@ -77,14 +77,14 @@ QUICK = (
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Read the files of quick tests alone where these are asked for: to read all takes 10 CPU seconds."""
+    """Reads only the files of quick tests if these are requested: to read all takes 10 CPU seconds."""
     others = collection_path.suffix == ".py" and not _is_below(collection_path, QUICK)
     return True if config.option.markexpr == "quick" and others else None
 
 
 @cache
 def _is_below(path: Path, folders: tuple[str, ...]) -> bool:
-    """Return whether a file of the tests is in one of some folders."""
+    """Returns True if a file of the tests is in one of some folders."""
     here = Path(__file__).parent
     return path.is_relative_to(here) and path.relative_to(here).as_posix().startswith(folders)
 
@@ -97,7 +97,7 @@ def _is_small(item: pytest.Item) -> bool:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip a test where a program that it needs does not run."""
+    """Skips a test if a program that it needs does not run."""
     for mark in item.iter_markers("needs"):
         program(*mark.args)
     global _shares_loops
@@ -106,16 +106,16 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 _shares_loops = False
-"""Whether the test that runs may compile no loop of its own."""
+"""True if the running test may not compile its own loop."""
 
 
 def _compiled_apart(here, entry):
-    """Have loops compiled in forks, from whose cache this process loads them: the compiler leaves some 50 MB
+    """Compiles loops in forks; this process loads them from the forks' cache. The compiler leaves some 50 MB
     a loop behind, which a process that composes dozens of them would keep.
 
-    The first loop is compiled here. Forks inherit what Numba has to know for any of them, and read the hooks
-    that their loops share from the disk: 9.6 CPU seconds for a loop of naive become 3.4 for one of cells.
-    Return what stands in for the composer's ``_compiling`` and ``backend.entry``.
+    The first loop is compiled here. Forks inherit what Numba needs for all loops, and read the hooks that
+    their loops share from the disk: 9.6 CPU seconds for a loop of naive become 3.4 for one of cells.
+    Returns the replacements of the composer's ``_compiling`` and of ``backend.entry``.
     """
     is_first = True
 
@@ -158,14 +158,14 @@ def _compiled_apart(here, entry):
     return apart, named
 
 
-composer._default = not NOTHING_IS_COMPILED  # here; commands in processes of their own begin as Python
+composer._default = not NOTHING_IS_COMPILED  # here; commands in other processes begin as Python
 _HERE = composer._compiling
 if hasattr(os, "fork") and not NOTHING_IS_COMPILED:
     composer._compiling, backend.entry = _compiled_apart(_HERE, backend.entry)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Leave slow cases out of a run that has none, and count what it costs."""
+    """Leaves slow cases out of a run that has none, and counts its cost."""
     lanes.slow_ones = lanes.may_have_slow_ones(config)
     cost.count_steps()
 
@@ -173,7 +173,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_pycollect_makeitem(
     collector: pytest.Collector, name: str, obj: object
 ) -> list[pytest.Item] | None:
-    """Leave slow tests out of a run that has none."""
+    """Leaves slow tests out of a run that has none."""
     left_out = name.startswith("test_") and not lanes.slow_ones and _is_slow(collector, obj)
     return [] if left_out else None
 
@@ -186,19 +186,19 @@ def _is_slow(collector: pytest.Collector, test: object) -> bool:
 
 @pytest.fixture
 def compiled_here(monkeypatch):
-    """Let one test's loops be compiled in this process."""
+    """Compiles one test's loops in this process."""
     monkeypatch.setattr(composer, "_compiling", _HERE)
 
 
 @pytest.fixture(autouse=True)
 def _signals_come():
-    """Let SIGINT and SIGTERM come, here and in children, where a shell has this process ignore them."""
+    """Enables SIGINT and SIGTERM, here and in children, if a shell has this process ignore them."""
     yield from _not_ignored(signal.SIGINT, signal.SIGTERM)
 
 
 @pytest.fixture
 def hanging_up():
-    """The same of SIGHUP, for one test: under nohup, the others are to go on when the terminal goes."""
+    """The same for SIGHUP, in one test: under nohup, the others have to continue without the terminal."""
     yield from _not_ignored(getattr(signal, "SIGHUP", signal.SIGTERM))
 
 
@@ -212,7 +212,7 @@ def _not_ignored(*numbers):
 
 
 def _is_under_slow_phase(item: pytest.Item) -> bool:
-    """Whether a parameter of a test is the name of a phase that is slow as plain Python."""
+    """Returns True if a parameter of a test is the name of a phase that is slow as plain Python."""
     cases = getattr(item, "callspec", None)
     given = cases.params.values() if cases is not None else ()
     return any(isinstance(each, str) and each in ("naive", "sap-2d") for each in given)
@@ -220,8 +220,8 @@ def _is_under_slow_phase(item: pytest.Item) -> bool:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """What is long is slow as well, and so are small tests under ``naive`` and ``sap-2d``, which take longest
-    as plain Python: three other phases run the same. Tests of many events run compiled only:
+    """Marks long tests as slow, and so small tests under ``naive`` and ``sap-2d``, which take longest as
+    plain Python: three other phases run the same. Tests of many events run only compiled:
     NUMBA_DISABLE_JIT=1 runs the others, on small scenes."""
     for item in items:
         small = _is_small(item)
@@ -244,7 +244,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | None:
-    """Say how long it takes."""
+    """Prints the expected duration."""
     if not lanes.is_default(config):
         return None
     cpu, wall = cost.CPU_SECONDS, cost.WALL_SECONDS
@@ -252,7 +252,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say how to run alone what has failed, as it ran here: with plain hooks or compiled."""
+    """Prints a command for each failed test alone, as it ran here: with plain hooks or compiled."""
     failed = dict.fromkeys(report.nodeid for report in terminalreporter.getreports("failed"))
     if failed:
         terminalreporter.section("each of them again, alone")

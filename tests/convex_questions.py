@@ -29,7 +29,7 @@ def ask(numbers, x, y, vx, vy, elapsed, x2, y2, vx2, vy2, tick, per_time, right,
 
 
 def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Shape:
-    """Return a shape of up to eight corners, on a lattice unless that is 0; ``sharp``: without a margin."""
+    """Returns a shape of up to eight corners, on a lattice unless that is 0; ``sharp``: without a margin."""
     while True:
         count = rng.choice((1, 2, 2, 3, 4, 4, 5, 6, 8))
 
@@ -57,11 +57,11 @@ def drawn_shape(rng: random.Random, lattice: int, sharp: bool = False) -> kt.Sha
 
 
 class Question:
-    """Two bodies on their paths; the second is seen some periods away, or there are none."""
+    """Two bodies on their paths; the second is seen some periods away, or without periods."""
 
     def __init__(self, rng: random.Random, hard: bool = False) -> None:
-        """Draw a question; a ``hard`` one may have speeds of 2^-40 to 2^40, none, one with which it
-        creeps, and sides of 20 to 1."""
+        """Draws a question. A ``hard`` one may have speeds of 2^-40 to 2^40, a speed of 0, one that makes it
+        creep, and sides of 20 to 1."""
         lattice = rng.choice((1, 2, 4, 16, 1 << 20, 0, 0))
 
         def number(size: float) -> float:
@@ -114,7 +114,7 @@ class Question:
             self.elapsed = int(self.elapsed / max(faster, 1.0))
             self.v, self.v2 = (tuple(faster * v for v in each) for each in (self.v, self.v2))
             self.v2 = self.v if rng.random() < 0.05 else self.v2
-            if rng.random() < 0.3:  # they creep: by about the strip in all ticks that are asked
+            if rng.random() < 0.3:  # they creep: by about the strip in all ticks of the question
                 turn, speed = rng.uniform(0.0, 6.3), 2.0 ** (rng.randint(-6, 6) - 101) / self.tick
                 self.elapsed, self.v = 0, (0.0, 0.0)
                 self.v2 = speed * math.cos(turn), rng.choice((0.0, 1.0)) * speed * math.sin(turn)
@@ -126,14 +126,14 @@ class Question:
             self.two = tuple(place - turns * period for place, turns, period in away)
 
     def ticks_of_kernel(self) -> list[int]:
-        """Return when they touch and part, by the kernel."""
+        """Returns the ticks of contact and of parting, by the kernel."""
         numbers = np.array(difference_row(*((shape.core, shape.radius) for shape in self.shapes)))
         path = (*self.one, *self.v, self.elapsed, *self.two, *self.v2, self.tick, 1.0 / self.tick)
         path += (*self.turns, *self.periods)
         return [*map(int, ask(numbers, *map(float, path[:4]), path[4], *map(float, path[5:])))]
 
     def ticks_by_the_rules(self) -> list[int]:
-        """Return the answers of rules 5s and 11s, in ticks after the later anchor."""
+        """Returns the answers of rules 5s and 11s, in ticks after the later anchor."""
         frame = Frame(self.periods, 1 - math.frexp(self.tick)[1] - UNIT_BITS, self.periods)
         plans = (
             FlightPlan(*place, *velocity, anchor, 0.0, frame)

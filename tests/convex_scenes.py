@@ -10,8 +10,8 @@ from kinetile.errors import SceneError
 
 
 def drawn(seed: int, bodies: tuple[int, ...] = (2, 3, 4, 6, 8), axes: tuple[str, ...] = ("",)) -> kt.Scene:
-    """Return a scene with one of these numbers of bodies, or fewer where there is no room, periodic along
-    some of these axes."""
+    """Returns a scene with one of these numbers of bodies, or fewer if there is no room, periodic along some
+    of these axes."""
     rng = random.Random(seed)
     n, lattice = rng.choice(bodies), rng.choice((4, 4, 16, 0))
     periodic = rng.choice(axes) if any(axes) else ""

@@ -1,5 +1,5 @@
-"""What a run of tests costs, in counts that do not depend on the load of a machine: steps of the kernel with
-plain hooks, and loops that are compiled. ``test_cost.py`` compares those of the default lane with DEFAULT.
+"""The cost of a run of tests, in counts that do not depend on the load of a machine: steps of the kernel with
+plain hooks, and compiled loops. ``test_cost.py`` compares the counts of the default lane with DEFAULT.
 """
 
 from collections import Counter
@@ -12,27 +12,27 @@ from kinetile.run.engine import layout
 from kinetile.run.engine.engine import Engine
 
 DEFAULT = {"steps with plain hooks": 205_000, "loops": 11}
-"""Those of ``pytest`` without arguments. A change that makes it dearer says so here: one of the loops is made
-once more, by the tests of a run that goes over to it; two end with an error of the compiler."""
+"""The counts of ``pytest`` without arguments. A change that makes it dearer has to change them. One loop is
+made twice, by the tests of a run that goes over to it; two end with an error of the compiler."""
 
 CPU_SECONDS, WALL_SECONDS = 344, 207
-"""What it takes on the processor of CONTRIBUTING, measured: here alone, for all that says it."""
+"""The measured duration on the processor of CONTRIBUTING: only here, for all that print it."""
 
 counts: Counter[str] = Counter()
 
 
 def is_judged_by(item: pytest.Item) -> bool:
-    """Return whether a test compares these counts: it is to run after all others."""
+    """Returns True if a test compares these counts: it has to run after all others."""
     return item.path.name == "test_cost.py"
 
 
 def add(found: Mapping[str, int]) -> None:
-    """Add the counts of a child."""
+    """Adds the counts of a child."""
     counts.update(found)
 
 
 def count_steps() -> None:
-    """Count the steps of all engines of this process."""
+    """Counts the steps of all engines of this process."""
     run_loop = Engine._run_loop
 
     def counted(engine: Engine, *given: int) -> int:

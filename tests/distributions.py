@@ -1,9 +1,9 @@
-"""What can be used without kinetile, each as one file: the test vectors, and the certifier.
+"""Distributions for use without kinetile, each as one file: the test vectors, and the certifier.
 
 ``python tests/distributions.py DIR`` writes into a folder ``kinetile-vectors-VERSION.zip``, the folder
-``vectors`` without what needs kinetile; ``kinetile-certifier-VERSION.pyz``, a program for a Python with
-NumPy, pluggy and pydantic, and without Numba, which checks a list of contacts by docs/specification.md; and
-``SHA256SUMS`` of both. The same tree gives the same bytes.
+``vectors`` without the files that need kinetile; ``kinetile-certifier-VERSION.pyz``, a program for a Python
+with NumPy, pluggy and pydantic, and without Numba, which checks a list of contacts by docs/specification.md;
+and ``SHA256SUMS`` of both. The same tree gives the same bytes.
 """
 
 import hashlib
@@ -66,7 +66,7 @@ print(json.dumps({name: each.__file__ for name, each in sys.modules.items() if n
 """Prints the modules of kinetile that the certifier imports."""
 
 SCENE = Path(__file__).parents[1] / "docs" / "scenes" / "sinai.toml"
-"""A scene with shapes and walls: all that the certifier imports, it imports here."""
+"""A scene with shapes and walls: it needs all imports of the certifier."""
 
 
 def certifier() -> dict[str, bytes]:
@@ -97,7 +97,7 @@ def write(path: Path, files: Mapping[str, bytes]) -> str:
 
 
 def main(folder: Path) -> None:
-    """Writes all into a folder."""
+    """Writes all archives into a folder."""
     from kinetile import __version__
 
     folder.mkdir(parents=True, exist_ok=True)

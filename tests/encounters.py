@@ -1,7 +1,7 @@
 """Encounters of two discs that are hard to tell from misses, and their exact ticks.
 
-An encounter is a row of ``ENCOUNTER``: the arguments of ``touch``, the second disc seen m and n periods away,
-with and without accelerations. A family is a function of a generator and a count that returns that many rows.
+An encounter is a row of ``ENCOUNTER``: the arguments of ``touch``, with the second disc m and n periods away,
+with and without accelerations. A family is a function of a generator and a count; it returns so many rows.
 The families of ``kinetile_accuracy.hard_cases`` are compared in ``test_queries.py`` there.
 """
 
@@ -46,7 +46,7 @@ else:
 
 @compiled
 def plans(row):
-    """Return the plans of a row of encounters."""
+    """Returns the plans of a row of encounters."""
     return Plans(
         Axis(row.x, row.vx, row.ax, row.x2, row.vx2, row.ax2, row.m, row.width, 0.0, 0.0),
         Axis(row.y, row.vy, row.ay, row.y2, row.vy2, row.ay2, row.n, row.height, 0.0, 0.0),
@@ -58,8 +58,8 @@ def plans(row):
 
 @compiled
 def answer_all(table, found):
-    """Write for each row when the two touch, from ``since`` on, by all stages and without the first two; when
-    they touch if they have just met; when they part; and again when they touch, from two guesses."""
+    """Writes the ticks of each row: of contact, from ``since`` on, by all stages and without the first two;
+    of contact if they have just met; of parting; and again of contact, from two guesses."""
     for i in range(len(table)):
         row = table[i]
         both = plans(row)
@@ -77,14 +77,14 @@ def answer_all(table, found):
 
 @compiled
 def reach_all(table, found):
-    """Write what ``reaches_edge`` returns for each row: far, near, radius, slope, pull, tick."""
+    """Writes what ``reaches_edge`` returns for each row: far, near, radius, slope, pull, tick."""
     for i in range(len(table)):
         far, near, radius, slope, pull, tick = table[i]
         found[i] = reaches_edge(far, near, radius, slope, pull, tick, 1.0 / tick)
 
 
 def answers(table: Rows) -> list[list[int]]:
-    """Return of each row what ``answer_all`` writes."""
+    """Returns the values that ``answer_all`` writes for each row."""
     found = np.zeros((len(table), 6), dtype=np.int64)
     answer_all(table.view(np.recarray), found)
     return found.tolist()
@@ -101,7 +101,7 @@ def reached(table: Rows) -> list[int]:
 
 
 def true_answer(row: np.void) -> list[int]:
-    """Return what ``answers`` must of a row: rules 5, 7 and 11 of the specification."""
+    """Returns the right values of ``answers`` for a row: rules 5, 7 and 11 of the specification."""
     of = dict(zip(ENCOUNTER.names, row.tolist(), strict=True))
     sides = of["width"], of["height"]
     frame = Frame(sides, 1 - math.frexp(of["tick"])[1] - UNIT_BITS, sides)
@@ -121,7 +121,7 @@ def true_answer(row: np.void) -> list[int]:
 
 
 def true_reach(far: float, near: float, radius: float, slope: float, pull: float, tick: float) -> int:
-    """Return what ``reaches_edge`` must: rule 6 of the specification."""
+    """Returns the right value of ``reaches_edge``: rule 6 of the specification."""
     numbers = map(Fraction, (far, near, radius, slope, pull, tick))
     far, near, radius, slope, pull, tick = numbers
     found = first_fall(whole([far - near - radius, slope * tick, pull * tick * tick / 2]))
@@ -129,7 +129,7 @@ def true_reach(far: float, near: float, radius: float, slope: float, pull: float
 
 
 def whole(p: list[Fraction]) -> list[int]:
-    """Return a polynomial times a number that makes it whole."""
+    """Returns a polynomial times a number that makes it whole."""
     common = math.lcm(*(each.denominator for each in p))
     return [int(each * common) for each in p]
 
@@ -143,7 +143,7 @@ def rows(n: int, /, **columns) -> Rows:
 
 
 def mirrored(table: Rows) -> Rows:
-    """Return the same encounters with the bodies in the other order; only where the anchors are one."""
+    """Returns the same encounters with the bodies in the other order; only rows with one anchor."""
     other = table.copy()
     for name in ("x", "y", "vx", "vy", "ax", "ay"):
         other[name], other[name + "2"] = table[name + "2"], table[name]
@@ -153,7 +153,7 @@ def mirrored(table: Rows) -> Rows:
 
 
 def aimed(rng: Rng, n: int, distance, reach, miss, speed=1.0, at=None) -> Rows:
-    """Return discs at a distance whose paths pass at ``miss`` times the sum of their radii."""
+    """Returns discs at a distance whose paths pass at ``miss`` times the sum of their radii."""
     angle = rng.uniform(0.0, 2.0 * np.pi, n)
     ahead = np.column_stack([np.cos(angle), np.sin(angle)])
     side = np.column_stack([-ahead[:, 1], ahead[:, 0]])
@@ -181,7 +181,7 @@ def aimed(rng: Rng, n: int, distance, reach, miss, speed=1.0, at=None) -> Rows:
 
 
 def wait(rng: Rng, table: Rows, most: float) -> Rows:
-    """Let the first disc have been under way for up to 2^most ticks, from where it came."""
+    """Anchors the first disc up to 2^most ticks earlier, on the same line."""
     table["elapsed"] = (2.0 ** rng.uniform(30.0, most, len(table))).astype(np.int64)
     table["elapsed"] -= rng.integers(0, table["elapsed"] >> 20)  # else no count above 2^53 is odd
     time = table["elapsed"] * table["tick"]
@@ -214,7 +214,7 @@ TRIPLES = np.array([(3, 4, 5), (5, 12, 13), (8, 15, 17), (7, 24, 25), (20, 21, 2
 
 
 def sliding(rng: Rng, n: int) -> Rows:
-    """Touching or overlapping, and moving along the line of contact but for last bits, if at all."""
+    """Touching or overlapping, and at rest or, up to last bits, moving along the line of contact."""
     a, b, c = TRIPLES[rng.integers(0, len(TRIPLES), n)].T
     size = rng.choice([1.0, 0.1, 2.0**-7], n)
     speed = rng.choice([1.0, 0.3, -1.0, -0.7], n)
@@ -247,7 +247,7 @@ def coarse(rng: Rng, n: int) -> Rows:
 
 
 def sized(table: Rows, length: np.ndarray, speed: np.ndarray, least: int) -> Rows:
-    """Make lengths and speeds larger by powers of two, and the clock's unit to go with them."""
+    """Makes lengths and speeds larger by powers of two, and the clock's unit to go with them."""
     for name in ("x", "y", "x2", "y2", "radius", "radius2"):
         table[name] = np.ldexp(table[name], length)
     for name in ("vx", "vy", "vx2", "vy2"):
@@ -329,7 +329,7 @@ PLAN = ("x", "v", "a", "x2", "v2", "a2")
 
 
 def of(axis: str, name: str) -> str:
-    """Return the column of a place, velocity, acceleration, number of periods or period along an axis."""
+    """Returns the column of a place, velocity, acceleration, number of periods or period along an axis."""
     named = {"x": axis, "x2": axis + "2", "turns": "mn"["xy".index(axis)]}
     named["period"] = ("width", "height")["xy".index(axis)]
     return named.get(name, name[0] + axis + name[1:])
@@ -350,7 +350,7 @@ def accelerated_gas(rng: Rng, n: int) -> np.ndarray:
 
 
 def backed(table: np.ndarray) -> np.ndarray:
-    """Puts the first discs back to where they came from, some ``elapsed`` ticks ago."""
+    """Moves the first discs back to their places of some ``elapsed`` ticks ago."""
     time = table["elapsed"] * table["tick"]
     for axis in "xy":
         table[of(axis, "v")] -= table[of(axis, "a")] * time
@@ -386,7 +386,7 @@ def accelerated_lattice(rng: Rng, n: int) -> np.ndarray:
 
 
 def accelerated_coarse(rng: Rng, n: int) -> np.ndarray:
-    """Returns discs of the lattice at speeds that make ticks long: all happens within a few of them."""
+    """Returns discs of the lattice at speeds that make ticks long: all is within a few of them."""
     table = accelerated_lattice(rng, n)
     size = rng.integers(48, 56, n)
     for axis in "xy":
@@ -437,7 +437,7 @@ def resting(rng: Rng, n: int) -> np.ndarray:
 
 
 def under_way(rng: Rng, n: int) -> np.ndarray:
-    """Returns pairs of which one was anchored up to 2^60 ticks ago."""
+    """Returns pairs with one disc anchored up to 2^60 ticks ago."""
     table = accelerated_gas(rng, n)
     table["tick"] = 2.0 ** rng.choice([-52.0, -60.0], n)
     table["elapsed"] = (2.0 ** rng.uniform(50.0, 60.0, n)).astype(np.int64) + rng.integers(0, 1 << 20, n)
@@ -475,7 +475,7 @@ def accelerated_anything(rng: Rng, n: int) -> np.ndarray:
 
 
 def accelerated_images(rng: Rng, n: int) -> np.ndarray:
-    """Returns pairs of which the second is seen up to 2^31 periods further on."""
+    """Returns pairs with the second disc seen up to 2^31 periods further on."""
     kinds = accelerated_gas, equal, accelerated_lattice, accelerated_graze, resting, under_way
     table = kinds[rng.integers(0, 6)](rng, n)
     for axis in "xy":
@@ -487,7 +487,7 @@ def accelerated_images(rng: Rng, n: int) -> np.ndarray:
 
 
 def walls(rng: Rng, n: int) -> Rows:
-    """Return rows of (far, near, radius, slope, 0, tick): of a box, of a lattice, at ticks, touching, and of
+    """Returns rows of (far, near, radius, slope, 0, tick): in a box, on a lattice, at ticks, touching, and of
     any size."""
     kind = rng.integers(0, 5, n)
     far = rng.uniform(0.0, 1.0, n)
@@ -511,8 +511,8 @@ def walls(rng: Rng, n: int) -> Rows:
 
 
 def accelerated_walls(rng: Rng, n: int) -> np.ndarray:
-    """Returns rows of (far, near, radius, slope, pull, tick): of one size, of a lattice, touching but for
-    last bits, of any size, and with long ticks."""
+    """Returns rows of (far, near, radius, slope, pull, tick): of one size, on a lattice, touching up to last
+    bits, of any size, and with long ticks."""
     kind = rng.integers(0, 5, n)
     made = np.zeros((n, 6))
     made[:, :3] = rng.random((n, 3)) * [2.0, 1.0, 0.25]

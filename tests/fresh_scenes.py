@@ -1,6 +1,6 @@
 """Scenes drawn freshly from a seed: every second one on a torus, with sides of 1:1 to 20:1; about half have
-bodies that pass, some of them on top of each other at the start or where one is inserted; bodies turn, come
-and go. Commands are carried out by hand under ``naive`` and recorded, so that each is one that happens."""
+bodies that pass, some of them on top of each other at the start or at an insertion; bodies turn, are inserted
+and removed. Commands are given by hand under ``naive`` and recorded, so each is one that happens."""
 
 import random
 from contextlib import suppress
@@ -79,8 +79,8 @@ def _command(rng: random.Random, sim: kt.Simulation, scene: kt.Scene) -> None:
 
 
 def row_of(event: kt.Event) -> tuple[int, ...]:
-    """Returns how an event's row in a log begins: epoch, tick, a, b; of a structural event a is the body
-    whose certificate fails, and b -1."""
+    """Returns the first fields of an event's row in a log: epoch, tick, a, b; for a structural event a is the
+    body whose certificate fails, and b is -1."""
     codes = {"turn": TURNED, "insert": INSERTED, "remove": REMOVED, "structural": -1}
     codes |= {name: number for number, name in WALLS.items()}
     bodies = event.bodies if event.certificate is None else (event.certificate,)

@@ -1,12 +1,12 @@
-"""Games drawn from a seed: small scenes in which everything happens that a scene can say.
+"""Games drawn from a seed: small scenes with everything that a scene can contain.
 
 ``draw_game`` draws 3 to 12 discs in a small arena, with walls or periodic along some axes, or without one.
 Most have kinds with responses (elastic, restitution, stop, pass, for pairs and for walls), many have commands
 (turns, insertions, removals), some of these at exact moments (``at``), and some a unit or an exact end. Half
-of them are on a lattice, with dyadic numbers and times, so that many things happen at one tick. Some are
-dense: touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of
-these jam. Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and
-commands, ``draw_accelerated_game`` accelerations to games that may have some, half of them of shapes."""
+of them are on a lattice, with dyadic numbers and times, so many things happen at one tick. Some are dense:
+touching bodies that stop or lose energy between walls and moving bodies of infinite mass; most of these jam.
+Some insertions have no room. ``draw_game_of_shapes`` gives boxes and discs the same rules and commands.
+``draw_accelerated_game`` gives accelerations to games that may have some, half of them of shapes."""
 
 import math
 import random
@@ -52,7 +52,7 @@ PLATFORMS = (
     kt.polygon([(-0.75, -0.25), (0.75, -0.25), (0.5, 0.25), (-0.5, 0.25)], radius=0.125),
     kt.capsule((-0.5, 0.0), (0.5, 0.25), 0.125),
 )
-"""Of infinite mass: what bodies settle on, level or slanted."""
+"""Platforms of infinite mass, on which bodies settle, level or slanted."""
 
 HOLLOW = (kt.segment((-0.5, 0.5), (0.5, -0.5)), kt.segment((-0.5, -0.25), (0.5, 0.25)))
 
@@ -62,7 +62,7 @@ Command = kt.Turn | kt.Accelerate | kt.SetKind | kt.Move | kt.Insert | kt.Remove
 
 
 def draw_game(seed: int) -> kt.Scene:
-    """Returns the game of a seed, always the same; its settings say when it ends."""
+    """Returns the game of a seed, always the same; its settings have its end."""
     rng = random.Random(f"game {seed}")
     dense, lattice = rng.random() < 0.15, rng.random() < 0.6
     base = _dense(rng) if dense else _discs(rng, lattice)
@@ -94,13 +94,13 @@ def draw_accelerated_game(seed: int) -> kt.Scene:
 
 
 def draw_accelerated_game_of_shapes(seed: int) -> kt.Scene:
-    """Returns the same of convex shapes, with obstacles among them, always the same for a seed."""
+    """Returns the same with convex shapes and obstacles among them, always the same for a seed."""
     return _accelerated(random.Random(f"bent game of shapes {seed}"), _polygons)
 
 
 def draw_resting_game(seed: int) -> kt.Scene:
-    """Returns a game in which bodies settle, on walls and on platforms, level and slanted, some at the start;
-    always the same for a seed."""
+    """Returns a game with bodies that settle, on walls and on platforms, level and slanted, some at the
+    start; always the same for a seed."""
     rng = random.Random(f"resting game {seed}")
     if rng.random() < 0.15:
         return _accelerated(rng, _settling_discs)
@@ -116,8 +116,8 @@ def draw_resting_game(seed: int) -> kt.Scene:
 
 
 def draw_changing_game(seed: int) -> kt.Scene:
-    """Returns a game of any other sort in which bodies change their kinds, always the same for a seed. Some
-    pass through what they would meet then: these end."""
+    """Returns a game of any other sort with bodies that change their kinds, always the same for a seed. Some
+    pass through bodies that they would meet then: these end."""
     rng = random.Random(f"changing game {seed}")
     falling = draw_accelerated_game, draw_accelerated_game_of_shapes, draw_resting_game
     sorts = draw_game, draw_game_of_shapes, *falling
@@ -131,13 +131,13 @@ def draw_changing_game(seed: int) -> kt.Scene:
             if _accepts(game, [*commands, command]):
                 commands.append(command)
         if len(commands) > len(game.commands):
-            with suppress(Refused):  # somebody settles where there is no arena
+            with suppress(Refused):  # a body settles without an arena
                 return kt.Simulation(game.replace(commands=commands), "naive").scene
 
 
 def draw_moving_game(seed: int) -> kt.Scene:
-    """Returns a game of any other sort in which bodies are moved, always the same for a seed. Some go where
-    there is no room: these end."""
+    """Returns a game of any other sort with bodies that are moved, always the same for a seed. Some are moved
+    to a place without room: these end."""
     rng = random.Random(f"moving game {seed}")
     sorts = draw_game, draw_game_of_shapes, draw_accelerated_game, draw_resting_game, draw_changing_game
     while True:
@@ -154,12 +154,12 @@ def draw_moving_game(seed: int) -> kt.Scene:
             if _accepts(game, [*commands, command]):
                 commands.append(command)
         if len(commands) > len(game.commands):
-            with suppress(Refused):  # somebody settles where there is no arena
+            with suppress(Refused):  # a body settles without an arena
                 return kt.Simulation(game.replace(commands=commands), "naive").scene
 
 
 def _shaken(rng: random.Random, game: kt.Scene, lattice: bool) -> kt.Scene:
-    """The game with commands for platforms and for what may rest on them."""
+    """Returns the game with commands for platforms and for bodies that may rest on them."""
     commands = [*game.commands]
     for _ in range(rng.randrange(4)):
         time = game.start + (rng.randrange(1, 24) / 4 if lattice else rng.uniform(0.5, 6.0))
@@ -201,7 +201,7 @@ def _pull(rng: random.Random, lattice: bool, along: list[bool]) -> tuple[float, 
 @dataclass(frozen=True)
 class Played:
     """A game that was played: its contacts as (epoch, tick, a, b), and its end: "end", "no room", "jam", or
-    "contacts" where it was stopped after a number of contacts."""
+    "contacts" if it was stopped after a number of contacts."""
 
     contacts: list[tuple[int, int, int, int]]
     end: str
@@ -223,7 +223,7 @@ def play(game: kt.Scene, phase: str = "naive", most: int = 300) -> Played:
 
 
 def _discs(rng: random.Random, lattice: bool) -> kt.Scene:
-    """Discs in free places, which may overlap if they pass through each other."""
+    """Returns discs in free places, which may overlap if they pass through each other."""
     n = rng.randrange(3, 13)
     sides = (rng.choice((3.0, 4.0, 5.0)), rng.choice((3.0, 4.0, 6.0)))
     if not lattice:
@@ -256,7 +256,7 @@ def _discs(rng: random.Random, lattice: bool) -> kt.Scene:
         try:
             kt.Scene(**more, **frame)
         except SceneError:
-            if not bodies["mass"]:  # no room is not the reason: two rules with "*" contradict each other
+            if not bodies["mass"]:  # room is not the reason: two rules with "*" contradict each other
                 frame["responses"] = _responses(rng, kinds, (*SOLID, "pass"))
             continue
         bodies = more
@@ -264,7 +264,7 @@ def _discs(rng: random.Random, lattice: bool) -> kt.Scene:
 
 
 def _fit(make: Callable[..., kt.Scene], rules: Any) -> kt.Scene:
-    """Returns a scene without those rules that are for immovable bodies alone, which change no contact."""
+    """Returns a scene without the rules for immovable bodies alone, which change no contact."""
     try:
         return make(responses=rules)
     except SceneError as error:
@@ -275,7 +275,7 @@ def _fit(make: Callable[..., kt.Scene], rules: Any) -> kt.Scene:
 
 
 def _polygons(rng: random.Random, lattice: bool) -> kt.Scene:
-    """Convex shapes in free places, some of infinite mass, in an arena with walls or a periodic axis."""
+    """Returns convex shapes in free places, some of infinite mass, with walls or a periodic axis."""
     sides = (rng.choice((3.0, 4.0, 5.0)), rng.choice((3.0, 4.0, 6.0)))
     frame: dict[str, Any] = {"arena": sides, "periodic": rng.choice(("", "", "", "x", "y"))}
     frame["shapes"] = rng.sample(OUTLINES, 3)
@@ -318,7 +318,7 @@ def _settling_discs(rng: random.Random, lattice: bool) -> kt.Scene:
 
 
 def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:
-    """Some platforms of infinite mass, alone, in rows and as hollows, and bodies on them and above."""
+    """Returns platforms of infinite mass, alone, in rows and as hollows, and bodies on them and above."""
     sides = (rng.choice((4.0, 6.0)), rng.choice((4.0, 5.0)))
     frame: dict[str, Any] = {
         "arena": sides,
@@ -367,7 +367,7 @@ def _platforms(rng: random.Random, lattice: bool) -> kt.Scene:
 
 
 def _dense(rng: random.Random) -> kt.Scene:
-    """Discs that touch or nearly do, in rows between walls, with a body of infinite mass among them."""
+    """Returns discs that touch or nearly touch, in rows between walls, with one of infinite mass."""
     columns, rows = rng.randrange(2, 5), rng.randrange(1, 4)
     n = max(3, columns * rows - rng.randrange(2))
     radius = rng.choice((0.5, 0.5, 0.4375))
@@ -383,7 +383,7 @@ def _dense(rng: random.Random) -> kt.Scene:
 
 
 def _responses(rng: random.Random, kinds: Any, names: Any) -> dict[Any, Any]:
-    """A few rules for some of the kinds, and for walls; those with "*" may contradict each other."""
+    """Returns a few rules for some kinds, and for walls; rules with "*" may contradict each other."""
     rules: dict[Any, Any] = {}
     for _ in range(rng.randrange(1, 5)):
         pair = (rng.choice(kinds), rng.choice((*kinds, *kinds, "*")))
@@ -406,7 +406,7 @@ def _response(rng: random.Random, name: str) -> kt.Response:
 
 
 def _with_commands(rng: random.Random, base: kt.Scene, lattice: bool) -> kt.Scene:
-    """The scene with commands for bodies that are there, and perhaps a unit of its own."""
+    """Returns the scene with commands for present bodies, and perhaps its own unit."""
     if rng.random() < 0.15:
         base = base.replace(unit=2.0 ** -rng.randrange(8))
     if rng.random() < 0.3:
@@ -461,13 +461,13 @@ def _accepts(base: kt.Scene, commands: list[Command]) -> bool:
 
 
 def _moment(rng: random.Random, base: kt.Scene, time: float) -> tuple[int, int, int]:
-    """The tick of a time, after some contacts of it."""
+    """Returns the tick of a time, after some contacts of it."""
     ticks = math.floor((time - base.start) / base.time_unit * 2**52)
     return (ticks >> 52, ticks & (2**52 - 1), rng.choice((0, 0, 1, 2, 5)))
 
 
 def _with_end(rng: random.Random, game: kt.Scene) -> kt.Scene:
-    """The game with its end: a time, or exactly after some contacts of the tick of a time."""
+    """Returns the game with its end: a time, or exactly after some contacts of a time's tick."""
     if rng.random() < 0.8:
         return game.replace(settings=kt.Settings(until=game.start + LASTS))
     time = game.start + rng.choice((1.0, 2.0, 2.5, 4.0))

@@ -1,4 +1,4 @@
-"""Scenes and looks inside that the tests of cells share."""
+"""Scenes and internal state that the tests of cells share."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ def in_the_open(scene: kt.Scene, shift: tuple[float, float] = (0.0, 0.0)) -> kt.
 
 
 def few_wide_many_small(small: int, ratio: float, seed: int, arena: bool = True) -> kt.Scene:
-    """Four wide discs in the corners of the unit square's middle, small ones anywhere between them."""
+    """Returns four wide discs around the unit square's middle, and small ones anywhere between them."""
     random = np.random.default_rng(seed)
     wide = 0.1
     place = [(0.2, 0.2), (0.8, 0.2), (0.2, 0.8), (0.8, 0.8)]

@@ -1,4 +1,4 @@
-"""Broad phases that do harm, one way each: what a kit must survive.
+"""Broad phases that do harm, each in one way: a kit must survive them.
 
 As a module it is a plugin, so that it can be added in a process or installed (tests/plugins/conformance).
 """
@@ -147,7 +147,7 @@ def audits_badly(k: Kernel, s: State):
 
 
 def phase(near=everyone, build=wake, repair=rest, **more):
-    """Return a broad phase made of these parts."""
+    """Returns a broad phase made of these parts."""
 
     class Hostile:
         def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
@@ -182,13 +182,13 @@ class IsWrongAndSlow:
 
 
 class BreaksTheKit:
-    """No body is near another; the kit can play no living scene, nor minimise one."""
+    """No body is near another; it breaks the kit's living scenes and their minimisation."""
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
         from kinetile_conformance import runner
         from kinetile_conformance.strategies import living
 
-        if "pytest" not in sys.modules:  # a refusal of another phase prepares this one as well, in the parent
+        if "pytest" not in sys.modules:  # for a refusal of another phase, the parent prepares this one too
             runner.reduced = living.Subject = None  # type: ignore[assignment,misc]
         return BroadPhaseParts(nobody)
 
@@ -237,19 +237,19 @@ for _name, _phase in HOSTILE.items():
 
 
 def waits_for_one_that_computes(subject: object) -> None:
-    """Wait for another process, which computes for ever."""
+    """Waits for another process, which computes for ever."""
     subprocess.run([sys.executable, "-c", "while True: pass"], check=False)
 
 
 def cpu_limit(subject: object) -> tuple[float, int]:
-    """Return the CPU seconds of this process, and their limit."""
+    """Returns the CPU seconds of this process, and their limit."""
     import resource
 
     return time.process_time(), resource.getrlimit(resource.RLIMIT_CPU)[0]
 
 
 def sends_half_a_message(subject: object) -> None:
-    """Write the beginning of a message to the pipe, and wait."""
+    """Writes the beginning of a message to the pipe, and waits."""
     for each in Path("/proc/self/fd").iterdir():
         with suppress(OSError):
             if os.readlink(each).startswith("pipe:"):
@@ -258,7 +258,7 @@ def sends_half_a_message(subject: object) -> None:
 
 
 def leaves_a_process_behind(subject: object) -> None:
-    """Start a process of another session that keeps the connection for a while, and end this one."""
+    """Starts a process of another session that keeps the connection for a while, and ends this one."""
     if os.fork() == 0:
         os.setsid()
         time.sleep(30.0)

@@ -1,4 +1,4 @@
-"""What is behind the public class: the one place from which tests reach it."""
+"""The objects behind the public class: the only place from which tests reach them."""
 
 import kinetile as kt
 from kinetile.run.engine.engine import Engine

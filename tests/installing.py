@@ -1,4 +1,4 @@
-"""Packages for tests: made known the way ``pip install -e`` does, without a build backend or a network."""
+"""Packages for tests: installed as by ``pip install -e``, without a build backend or a network."""
 
 import importlib.util
 import os
@@ -15,18 +15,18 @@ import kinetile_plugins
 from kinetile.plugin.new_plugin import new_plugin
 
 OWN = tuple(str(Path(str(module.__file__)).parents[1]) for module in (kinetile, kinetile_plugins))
-"""Where this process has kinetile from: a child has the same, wherever else one is installed."""
+"""The folders of this process's kinetile: a child has the same, wherever else one is installed."""
 
 
 def install(folder: Path, site: Path) -> list[str]:
-    """Write the metadata of the package in a folder into a site folder; return what PYTHONPATH must have."""
+    """Writes the metadata of a folder's package into a site folder; returns the entries of PYTHONPATH."""
     project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     write_metadata(site, project["name"], project["version"], project["entry-points"])
     return [str(site), str(folder)]
 
 
 def write_metadata(site: Path, name: str, version: str, groups: Mapping[str, Mapping[str, str]]) -> None:
-    """Write what a folder has of a distribution that is installed there."""
+    """Writes the metadata of a distribution that is installed in a folder."""
     info = site / f"{name.replace('-', '_')}-{version}.dist-info"
     info.mkdir(parents=True, exist_ok=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", "utf-8")
@@ -38,7 +38,7 @@ def write_metadata(site: Path, name: str, version: str, groups: Mapping[str, Map
 
 @contextmanager
 def loaded(path: Path) -> Iterator[ModuleType]:
-    """Within this context a file is a module, by whose name Numba can import it."""
+    """Within this context a file is a module, which Numba can import by its name."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
     try:
@@ -55,7 +55,7 @@ def run(
     interpreted: bool = True,
     module: str = "kinetile",
 ) -> subprocess.CompletedProcess[str]:
-    """Run ``python -m module words`` in a folder, with the packages that ``install`` has made known."""
+    """Runs ``python -m module words`` in a folder, with the packages of ``install``."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     environment |= {
         "PYTHONPATH": os.pathsep.join([*paths, *OWN]),
@@ -67,7 +67,7 @@ def run(
         env=environment,
         capture_output=True,
         text=True,
-        timeout=1200,  # a guard against one that hangs: a busy machine is no failure
+        timeout=1200,  # a guard against a hanging one: a busy machine is not a failure
     )
 
 
@@ -105,7 +105,7 @@ class BlindPhase:
 
 
 def install_blind(folder: Path) -> list[str]:
-    """Write and install kinetile-blind, which misses contacts; return what PYTHONPATH must have."""
+    """Writes and installs kinetile-blind, which misses contacts; returns the entries of PYTHONPATH."""
     package = new_plugin("blind", folder)
     (package / "kinetile_blind" / "phase.py").write_text(BLIND, encoding="utf-8")
     return install(package, folder / "site")

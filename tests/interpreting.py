@@ -1,15 +1,15 @@
 """Tests that run with plain Python hooks, in children beside the compiled ones.
 
-Each choice of phases, commands and responses has a loop of its own, which takes 3 to 6 CPU seconds to
-compile: too much for a test of some milliseconds. So the children have NUMBA_DISABLE_JIT=1. They run
+Each choice of phases, commands and responses has its own loop, which takes 3 to 6 CPU seconds to compile: too
+much for a test of some milliseconds. So the children have NUMBA_DISABLE_JIT=1. They run
 
-- ``interpreted``: phases that are written to be wrong, which can end a process when they are compiled;
-- ``small``: few events, with a loop that hardly any other test needs. That such loops compile, and give the
-  contacts of the rules, is tested in ``tests/plugins/test_compiled_loops.py``.
+- ``interpreted``: phases that are wrong on purpose, which can end a process when they are compiled;
+- ``small``: few events, with a loop that hardly any other test needs. Another test of such loops, that they
+  compile and give the contacts of the rules, is in ``tests/plugins/test_compiled_loops.py``.
 
 A child collects the tests and forks; both take some tests of a file at a time until none are left. The
-session runs its compiled tests meanwhile, and a thread shows each report of a child as soon as it is there.
-Where hooks are interpreted already, all tests run as any other.
+session runs its compiled tests meanwhile, and a thread shows each report of a child as soon as it arrives.
+If hooks are interpreted already, all tests run in the same way.
 """
 
 import json
@@ -31,12 +31,12 @@ import cost
 from kinetile.kernel.compiled import NOTHING_IS_COMPILED
 
 CHILD = "KINETILE_TEST_CHILD"
-"""The variable that names a child's folder: it has the tests that are to run, and gets the reports."""
+"""The variable that names a child's folder: it has the tests to run, and gets the reports."""
 
 _folder = Path(os.environ.pop(CHILD)) if CHILD in os.environ else None  # a test may start a pytest of its own
 
 _one_at_a_time = threading.RLock()
-"""Held while a report is shown: here by the main thread, and by that which reads the child's."""
+"""Held while a report is shown: by the main thread here, or by the thread that reads the child's."""
 
 AT_A_TIME = 32
 WAIT_SECONDS = 0.1
@@ -44,7 +44,7 @@ WAIT_SECONDS = 0.1
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session: pytest.Session) -> bool | None:
-    """Run the tests, marked ones in children, if there are some."""
+    """Runs the tests, marked ones in children, if there are some."""
     if _folder is not None:
         _run_as_child(session)
         return True
@@ -70,10 +70,10 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
 
 
 def _print_beside_capture(config: pytest.Config) -> None:
-    """Have the terminal's writer print to a descriptor of its own: that of stdout is redirected while a test
-    runs, and what a thread prints then would be taken for output of the test."""
+    """Makes the terminal's writer print to its own descriptor: stdout's is redirected while a test runs, and
+    output of a thread then would be taken for output of the test."""
     writer = config.get_terminal_writer()
-    with suppress(OSError):  # stdout is no file
+    with suppress(OSError):  # stdout is not a file
         own = os.dup(writer._file.fileno())
         writer._file = os.fdopen(own, "w", buffering=1, encoding=writer._file.encoding, errors="replace")
 
@@ -97,7 +97,7 @@ def _run(items: list[pytest.Item]) -> None:
 
 
 def _stop_if_asked(session: pytest.Session) -> None:
-    """Raise what ends a session, after a failure with ``-x`` say."""
+    """Raises the end of a session, for example after a failure with ``-x``."""
     if session.shouldfail:
         raise session.Failed(session.shouldfail)
     if session.shouldstop:
@@ -105,12 +105,12 @@ def _stop_if_asked(session: pytest.Session) -> None:
 
 
 class _Child:
-    """A process that runs tests, and what it has reported."""
+    """A process that runs tests, and its reports."""
 
     def __init__(self, items: list[pytest.Item], folder: Path) -> None:
         self._items = {item.nodeid: item for item in items}
         self._reports: dict[str, list[dict[str, Any]]] = {}
-        self._half = ""  # of a line that is being written
+        self._half = ""  # of an unfinished line
         self._stopped = False
         (folder / "tests").write_text(json.dumps([*self._items]), encoding="utf-8")
         (folder / "reports").touch()
@@ -127,7 +127,7 @@ class _Child:
         )
 
     def show_all(self) -> None:
-        """Show the reports of tests as they end, then those that were lost, with what the process printed."""
+        """Shows the reports of tests as they end, then the lost tests, with the output of the process."""
         while self._process.poll() is None:
             self._show_ended()
             time.sleep(WAIT_SECONDS)
@@ -160,20 +160,20 @@ class _Child:
             item.ihook.pytest_runtest_logstart(nodeid=name, location=item.location)
             for data in self._reports.pop(name):
                 if data["outcome"] == "skipped":
-                    data["longrepr"] = tuple(data["longrepr"])  # the summary of those refuses JSON's list
+                    data["longrepr"] = tuple(data["longrepr"])  # their summary refuses JSON's list
                 report = item.ihook.pytest_report_from_serializable(config=item.config, data=data)
                 item.ihook.pytest_runtest_logreport(report=report)
             item.ihook.pytest_runtest_logfinish(nodeid=name, location=item.location)
 
     def end(self) -> None:
-        """Stop the process, if it still runs."""
+        """Stops the process, if it still runs."""
         self._stopped = True
         self._process.terminate()
         self._process.wait()
 
 
 def _run_as_child(session: pytest.Session) -> None:
-    """Run tests in this process and in a fork of it, which take them in turns."""
+    """Runs tests in this process and in a fork of it, which take them in turns."""
     groups = [
         tests[at : at + AT_A_TIME]
         for tests in (list(each) for _, each in groupby(session.items, key=lambda item: item.path))
@@ -196,7 +196,7 @@ def _run_as_child(session: pytest.Session) -> None:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_logreport(report: pytest.TestReport) -> Iterator[None]:
-    """Write a child's report down, as soon as there is one; show one at a time."""
+    """Writes a child's report down, as soon as there is one; shows one at a time."""
     if _folder is not None:
         _write({"nodeid": report.nodeid, **_serializable(report)})
     with _one_at_a_time:
@@ -204,7 +204,7 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> Iterator[None]:
 
 
 def _write(data: dict[str, Any]) -> None:
-    """Write a line of a child, in one piece: its fork writes to the same file."""
+    """Writes a line of a child, in one piece: its fork writes to the same file."""
     assert _folder is not None
     file = os.open(_folder / "reports", os.O_WRONLY | os.O_APPEND)
     os.write(file, f"{json.dumps(data)}\n".encode())

@@ -1,8 +1,8 @@
-"""Games of ``games.py`` judged by all that follows docs/specification.md: ``certify-log`` to the end and the
-second implementation; and forged lists of their contacts, to be found.
+"""Games of ``games.py`` judged by two followers of docs/specification.md: ``certify-log`` to the end and the
+second implementation; and forged lists of their contacts, which must be found.
 
-``python tests/judged_games.py 500 [FIRST [accelerated]]`` prints how many of 500 games
-agree, or of games with accelerations."""
+``python tests/judged_games.py 500 [FIRST [accelerated]]`` prints the number of 500 games that agree, or of
+games with accelerations."""
 
 import json
 import math
@@ -26,10 +26,10 @@ from programs import program
 
 SECOND = Path(__file__).parent / "second"
 MOST = 300
-"""Contacts of a game that is not at its end before, where it is a quick test."""
+"""The most contacts of a game in a quick test."""
 
 JAMMED = 10_000
-"""More than those after which a game of so few bodies that jams is found to be jammed."""
+"""More contacts than a jam of so few bodies has before it is found."""
 
 Rows = Any
 
@@ -40,7 +40,7 @@ Rows = Any
 def with_end(
     game: kt.Scene, broad_phase: str = "naive", most: int = MOST
 ) -> tuple[kt.Simulation, dict[str, Any]]:
-    """Returns a game that was played, and what ``certify_log`` is told of its end."""
+    """Returns a played game, and the arguments of ``certify_log`` for its end."""
     sim = kt.Simulation(game, broad_phase)
     try:
         sim.run(max_contacts=most)
@@ -54,7 +54,7 @@ def with_end(
 
 
 def forgeries(sim: kt.Simulation, end: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, Rows]]:
-    """Yields lists that are not those of a game, by how they were forged."""
+    """Yields forged lists of a game, by the kind of their forgery."""
     true, bodies = sim.contacts, len(sim.scene) + len(sim.scene.commands)
     if len(true) < 4:
         return
@@ -90,14 +90,14 @@ def forgeries(sim: kt.Simulation, end: dict[str, Any], rng: random.Random) -> It
 
 
 def first_change(true: Rows, forged: Rows) -> int:
-    """Returns the first line that is another one, or missing, or more than there are."""
+    """Returns the first line that is changed, missing or added."""
     both = min(len(true), len(forged))
     other = np.flatnonzero([one != two for one, two in zip(true[:both], forged[:both], strict=True)])
     return int(other[0]) if len(other) else both
 
 
 def forged_and_found(game: kt.Scene, seed: int) -> Iterator[tuple[str, bool]]:
-    """Yields whether each forgery is found, at the line that is the first wrong one."""
+    """Yields each forgery, and True if it is found at its first wrong line."""
     sim, end = with_end(game)
     for name, rows in forgeries(sim, end, random.Random(f"forgeries {seed}")):
         wrong = certify_log(game, rows, **end).wrong
@@ -111,13 +111,13 @@ def forged_and_found(game: kt.Scene, seed: int) -> Iterator[tuple[str, bool]]:
 
 
 def node(script: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Returns what a script of the second implementation has printed."""
+    """Returns the output of a script of the second implementation."""
     command = [program("node"), str(SECOND / script), *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=1200, check=False)
 
 
 def game_tables(game: kt.Scene, folder: Path) -> dict[str, Any]:
-    """Returns the tables of a scene as JSON has them."""
+    """Returns the tables of a scene in the form of JSON."""
     kt.save_scene(game, folder / "scene.toml")
     tables = tomllib.loads((folder / "scene.toml").read_text())
     inserted = [each["insert"] for each in tables.get("commands", ()) if "insert" in each]
@@ -130,7 +130,7 @@ def game_tables(game: kt.Scene, folder: Path) -> dict[str, Any]:
 def second_list(
     tables: dict[str, Any], folder: Path, most: int | None = None
 ) -> tuple[list[tuple[int, ...]], str, str]:
-    """Returns the contacts that `run.js` prints, how the answer ends, and the fingerprint."""
+    """Returns the contacts that `run.js` prints, the end of the answer, and the fingerprint."""
     (folder / "scene.json").write_text(json.dumps(tables, allow_nan=False))
     done = node("run.js", str(folder / "scene.json"), *(["--contacts", str(most)] if most else []))
     assert done.returncode == 0, done.stderr
@@ -140,11 +140,11 @@ def second_list(
 
 
 def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
-    """Returns whether the second implementation finds the contacts of a game, up to ``most``, and its end."""
+    """Returns True if the second implementation finds a game's contacts, up to ``most``, and its end."""
     wanted = games.play(game, most=most)
     most = max(most, len(wanted.contacts))  # a command may end several passings at once
     rows, end, fingerprint = second_list(game_tables(game, folder), folder, most)
-    if "jam" in (wanted.end, end):  # kinetile's guard and this one stop at a contact of their own
+    if "jam" in (wanted.end, end):  # kinetile's guard and this one stop at different contacts
         shorter = min(len(rows), len(wanted.contacts))
         both = wanted.end in ("jam", "contacts") and (end == "jam" or len(rows) == most)
         return both and rows[:shorter] == wanted.contacts[:shorter]
@@ -153,7 +153,7 @@ def second_agrees(game: kt.Scene, folder: Path, most: int = MOST) -> bool:
 
 
 def main(many: int, first: int = 0, kind: str = "") -> int:
-    """Judges games, prints what was found, and returns the number of games that failed."""
+    """Judges games, prints the results, and returns the number of failed games."""
     ends, caught, failed = Counter[str](), Counter[str](), Counter[str]()
     contacts, wrong = 0, set()
     for seed in range(first, first + many):

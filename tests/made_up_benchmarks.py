@@ -1,4 +1,4 @@
-"""Made-up results of the benchmark: worlds where statements hold or not, machines that are quiet or not."""
+"""Made-up results of the benchmark: worlds like and unlike the thesis says, and quiet or busy machines."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ EXPONENT = {0.5: 1.7, 0.25: 1.8, 0.125: 1.88, 0.01: 1.98}
 
 
 def as_the_thesis_says(density: float, n: int, phase: str) -> dict:
-    """Return what a cell has in a world where all is as the thesis says."""
+    """Returns the values of a cell in a world that follows the thesis."""
     contacts = int(8.0 * density * n**1.5)
     bound = {"naive": 0.0, "sap-1d": 12.0 * n**2, "sap-2d": 24.0 * n**2}.get(
         phase, 9.0 * n ** EXPONENT[density]
@@ -21,23 +21,23 @@ def as_the_thesis_says(density: float, n: int, phase: str) -> dict:
 World = Callable[[float, int, str], dict]
 
 Times = Callable[[float, int, str, int, int], float]
-"""What a machine makes of the time of a run: density, discs, phase, seed and round give a factor."""
+"""A machine's factor on the time of a run, by density, discs, phase, seed and round."""
 
 
 def quiet(density: float, n: int, phase: str, seed: int, number: int) -> float:
-    """A machine that does nothing besides: the same run takes the same time within 1 %."""
+    """A machine without other load: the same run takes the same time within 1 %."""
     return 1.0 + 0.002 * ((5 * seed + 3 * number) % 6)
 
 
 def restless(density: float, n: int, phase: str, seed: int, number: int) -> float:
-    """Beside another process: each run takes up to 1.6 times as long, whichever phase it is of."""
+    """A machine with another process: each run takes up to 1.6 times as long, under any phase."""
     return quiet(density, n, phase, seed, number) * (1.0 + 0.2 * ((seed + 2 * number + len(phase)) % 4))
 
 
 def bench_of(
     world: World, phases: tuple[str, ...] = PHASES, machine: Times = quiet, rounds: int = 5
 ) -> ThesisBench:
-    """Return the results of a world on a machine."""
+    """Returns the results of a world on a machine."""
     cells = []
     for seed in range(1, 7):
         for density in DENSITIES:
@@ -62,7 +62,7 @@ def bench_of(
 
 
 def changed(**changes: Callable[[float, int, str, dict], object]) -> World:
-    """Return the thesis's world with some values of some cells replaced."""
+    """Returns the thesis's world with some values of some cells replaced."""
 
     def world(density: float, n: int, phase: str) -> dict:
         found = as_the_thesis_says(density, n, phase)
@@ -72,5 +72,5 @@ def changed(**changes: Callable[[float, int, str, dict], object]) -> World:
 
 
 def times(factor: float, *cases: tuple) -> Callable[[float, int, str, dict], float]:
-    """Return a change that multiplies the cost of some cells."""
+    """Returns a change that multiplies the cost of some cells."""
     return lambda density, n, phase, found: found["cost"] * (factor if (density, n, phase) in cases else 1.0)

@@ -1,8 +1,8 @@
 """What works with what: the two tables from which ``test_matrix.py`` makes its tests.
 
-The first crosses capabilities (``capabilities``) with all that is done with a run (``observations``), the
-second each two capabilities in one scene. A cell works, unless it is listed here: as refused, with words of
-the sentence, or as meaningless, with the reason. There is no fourth.
+The first crosses capabilities (``capabilities``) with all uses of a run (``observations``), the second each
+two capabilities in one scene. A cell works, unless it is listed here: as refused, with words of the sentence,
+or as meaningless, with the reason. There is no fourth case.
 
 ``python tests/matrix.py`` prints docs/what-works-with-what.md.
 """
@@ -94,7 +94,7 @@ TOGETHER = (
 
 
 def counts(cells: Iterable[Cell], refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> str:
-    """Returns how many cells work, are refused, and mean nothing."""
+    """Returns a text with the numbers of cells that work, are refused, and mean nothing."""
     found = Counter(
         "refused" if cell in refused else "meaningless" if cell in meaningless else "works" for cell in cells
     )
@@ -102,8 +102,8 @@ def counts(cells: Iterable[Cell], refused: Mapping[Cell, str], meaningless: Mapp
 
 
 def grid(refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> list[str]:
-    """Returns a grid with a row for each capability and a column for each partner that one of them does not
-    work with, and the reasons, numbered."""
+    """Returns a grid with a row for each capability and a column for each partner with which one of them does
+    not work, and the reasons, numbered."""
     said = {cell: f"... {text} ..." for cell, text in refused.items()}
     said |= {cell: f"means nothing: {text}" for cell, text in meaningless.items()}
     number = {text: place for place, text in enumerate(dict.fromkeys(said.values()), 1)}
@@ -123,7 +123,7 @@ def grid(refused: Mapping[Cell, str], meaningless: Mapping[Cell, str]) -> list[s
 
 
 def both(pairs: Mapping[Cell, str]) -> dict[Cell, str]:
-    """Returns pairs of capabilities in either order."""
+    """Returns pairs of capabilities in both orders."""
     return {cell: text for (one, other), text in pairs.items() for cell in ((one, other), (other, one))}
 
 

@@ -1,10 +1,10 @@
-"""Messages as tables: a row of ``messages.toml`` is a call and the sentence with which it ends.
+"""Messages as tables: a row of ``messages.toml`` is a call and its final sentence.
 
 ``test_NAME.py`` has the test of the rows of ``NAME.toml`` beside it. A table there is a law of its rows, and
-``error`` is what they raise; without it, the message is the value of the call. A row is ``[call, part of the
+``error`` is their error; without it, the message is the value of the call. A row is ``[call, part of the
 message, later part, ...]``; the message of an error begins with the name of its class. If the table has a
-``sentence``, all rows have its parts first; if it has a ``call``, theirs are in it in place of ``...``. A
-call is Python: it uses what the module has, what ``uses`` at the top imports, fixtures by their names, the
+``sentence``, all rows have its parts first; if it has a ``call``, its ``...`` stands for theirs. A call is
+Python: it uses the names of the module, the imports of ``uses`` at the top, fixtures by their names, the
 errors of kinetile, and files of an empty folder.
 """
 
@@ -32,7 +32,7 @@ class Row(NamedTuple):
 
 
 def rows(path: Path) -> list[Any]:
-    """Return the rows of a file as parameters, named by their table and the sentence."""
+    """Returns the rows of a file as parameters, named by their table and the sentence."""
     tables = tomllib.loads(path.read_text(encoding="utf-8"))
     uses, found = tables.pop("uses", ""), []
     for law, table in tables.items():
@@ -47,7 +47,7 @@ def rows(path: Path) -> list[Any]:
 
 
 def message_of(row: Row, names: dict[str, Any], request: Any) -> str:
-    """Run the call of a row; return the message of its error, or else its value."""
+    """Runs the call of a row; returns the message of its error, or else its value."""
     names = {**vars(errors), **names}
     exec(row.uses, names)
     used = {node.id for node in ast.walk(ast.parse(row.call)) if isinstance(node, ast.Name)}
@@ -64,7 +64,7 @@ def message_of(row: Row, names: dict[str, Any], request: Any) -> str:
 
 
 def table(names: dict[str, Any]) -> Any:
-    """Return the test of the rows beside the module that has these names."""
+    """Returns the test of the rows beside the module that has these names."""
     module = Path(names["__file__"])
 
     @pytest.mark.parametrize("row", rows(module.with_name(f"{module.stem.removeprefix('test_')}.toml")))

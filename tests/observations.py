@@ -1,8 +1,8 @@
-"""The columns of the matrix: what is done with a game of some capabilities, and what must then be so.
+"""The columns of the matrix: the uses of a game of some capabilities, and their required results.
 
-Each observation takes a game and a folder, and raises AssertionError where something is wrong. Where the
-library refuses, its own error comes through; ``Refused`` here stands for a refusal that is a sentence on a
-page or in a row.
+Each observation takes a game and a folder, and raises AssertionError for a wrong result. If the library
+refuses, its own error is raised; ``Refused`` here stands for a refusal that is a sentence on a page or in a
+row.
 """
 
 import shutil
@@ -37,7 +37,7 @@ from player_pages import PLAYED, ask_node
 from studies import run_here
 
 MIDDLE = 2.0
-"""Between two commands: where runs are stopped, saved and shown."""
+"""A time between two commands: runs are stopped, saved and shown there."""
 
 
 @cache
@@ -58,7 +58,7 @@ def _under(phase: str, **options: Any) -> Callable[[Game, Path], None]:
 
 
 def naive(game: Game, folder: Path) -> None:
-    """Its tables hold what must hold, between all events."""
+    """Its tables keep their invariants between all events."""
     sim = game.played(audit=1)
     same(game, sim)
 
@@ -102,7 +102,7 @@ def stop_at(game: Game, folder: Path) -> None:
 
 
 def snapshot(game: Game, folder: Path) -> None:
-    """A run goes on from a snapshot, twice, as it went on."""
+    """A run continues from a snapshot, twice, in the same way."""
     sim = game.play(game.simulation("cells"), MIDDLE)
     taken = sim.snapshot()
     same(game, game.play(sim))
@@ -113,7 +113,7 @@ def snapshot(game: Game, folder: Path) -> None:
 
 
 def saved(game: Game, folder: Path, phases: tuple[str | None, ...] = (None, "sap-1d")) -> None:
-    """A run goes on from a file, under its own phase and another one."""
+    """A run continues from a file, under its own phase and another one."""
     game.play(game.simulation("cells"), MIDDLE).save(folder / "saved.ktsim")
     for phase in phases:
         sim = kt.resume(folder / "saved.ktsim", phase)
@@ -122,7 +122,7 @@ def saved(game: Game, folder: Path, phases: tuple[str | None, ...] = (None, "sap
 
 
 def history(game: Game, folder: Path) -> None:
-    """What a run records, commands by hand included, is a scene with the same contacts; also as a file."""
+    """The record of a run, with commands by hand, is a scene with the same contacts; also as a file."""
     scene = game.played("cells").recorded()
     save_scene(scene, folder / "recorded.toml")
     assert load_scene(folder / "recorded.toml") == scene
@@ -140,7 +140,7 @@ def scene_file(game: Game, folder: Path) -> None:
 
 
 def event_file(game: Game, folder: Path) -> None:
-    """An event file has the contacts, and any moment of the trajectory; so has one that a kill has left."""
+    """An event file has the contacts, and any moment of the trajectory; so has the file of a killed run."""
     path, killed = folder / "events.parquet", folder / "killed.parquet"
     sim = game.simulation("cells")
     with EventRecorder(path, game.scene) as recorder:
@@ -190,7 +190,7 @@ def _check(name: str) -> Callable[[Game, Path], None]:
 
 
 def page_recorded(game: Game, folder: Path) -> None:
-    """Places in the page are those of the run at any moment; a recorded structure is there."""
+    """Places in the page are the run's at any moment; a recorded structure is there."""
     sim = truth(game.names)
     page = view_scene(sim.recorded(), [("cells", {})], until=LASTS).page
     times = np.linspace(0.0, LASTS, 49).tolist()
@@ -209,7 +209,7 @@ def page_recorded(game: Game, folder: Path) -> None:
 
 
 def page_computed(game: Game, folder: Path) -> None:
-    """The contacts that a page computes are those of the run; or it says why it computes none."""
+    """The contacts that a page computes are the run's; or it gives the reason for computing none."""
     sim = truth(game.names)
     page = view_scene(sim.recorded(), [("naive", {})], until=LASTS, steps=False).page
     said = _untried(page, folder)
@@ -221,7 +221,7 @@ def page_computed(game: Game, folder: Path) -> None:
 
 
 def _untried(page: Any, folder: Path) -> str:
-    """Returns why a page computes nothing, as it says it to its reader; "" where it does."""
+    """Returns the reason why a page computes nothing, in its words; "" if it computes."""
     commands = "[3, 4, 5, 9, 11, 12].some((kind) => play.runs[0].motion.rows.kind.includes(kind))"
     asked = f"return trial.reasonAgainst({{ held, bodies, commands: {commands} }}) ?? '';"
     return str(ask_node(folder, page, asked))
@@ -235,7 +235,7 @@ def pictures(game: Game, folder: Path) -> None:
 
 
 def space_time(game: Game, folder: Path) -> None:
-    """Bands in space and time are those of the run."""
+    """Bands in space and time are the run's."""
     scene = truth(game.names).recorded()
     for axis in "xy":
         run = take_space_time(kt.Simulation(scene, "cells"), LASTS, axis)
@@ -275,7 +275,7 @@ def observables(game: Game, folder: Path) -> None:
 
 
 def queries(game: Game, folder: Path) -> None:
-    """What is scheduled next is what happens next; boxes, rays and neighbours find the present bodies."""
+    """The event that is scheduled next happens next; boxes, rays and neighbours find the present bodies."""
     sim = game.play(game.simulation("cells"), MIDDLE)
     there = sim.bodies.tolist()
     nexts = [each for each in (sim.next_contact_of(body, scheduled=True) for body in there) if each]
@@ -283,7 +283,7 @@ def queries(game: Game, folder: Path) -> None:
     first = min(((each.epoch, each.tick) for each in nexts), default=None)
     if not (game.draft.planned or game.by_hand) or (
         nexts and rows
-    ):  # a command may end what is scheduled, or bring a contact
+    ):  # a command may end the scheduled event, or cause a contact
         assert first == rows[0][:2] if rows else first is None or first >= (int(LASTS), 0)
     assert sorted(sim.bodies_near((3.0, 3.0), k=99).tolist()) == sorted(sim.bodies.tolist())
     everywhere = (-99.0, -99.0, 99.0, 99.0)
@@ -298,7 +298,7 @@ def queries(game: Game, folder: Path) -> None:
 
 
 def exports(game: Game, folder: Path) -> None:
-    """Frames of the run as extended XYZ and GSD have the bodies that are there."""
+    """Frames of the run as extended XYZ and GSD have the present bodies."""
     from kinetile.records.frames import frames_of, write_frames
 
     scene = truth(game.names).recorded()
@@ -327,9 +327,9 @@ def compared(game: Game, folder: Path) -> None:
 
 
 def together(game: Game, folder: Path) -> None:
-    """A scene of several capabilities has one answer: each of them comes into play, and every broad phase,
-    the certifier, a run that is saved and its recorded commands agree. Phases may refuse what they refuse of
-    one capability alone."""
+    """A scene of several capabilities has one answer: each of them has an effect, and every broad phase, the
+    certifier, a saved run and its recorded commands agree. Phases may refuse the scene if they refuse one
+    capability alone."""
     sim = truth(game.names)
     for name in game.names:
         assert BY_NAME[name].seen(game, sim), f"{name} does not come into play"

@@ -1,4 +1,4 @@
-"""What the tests of the player share: scenes, their rows, and node, where there is one."""
+"""Scenes, their rows, and node, if installed, for the tests of the player."""
 
 import base64
 import json
@@ -102,14 +102,14 @@ SCENES = {
 }
 UNTIL = {"slow": 3000.0, "rests": 3.0}
 HARD = ("H07", "H11", "H12", "H14", "H15", "H16", "H19", "H21", "H23", "H28", "H32", "H33")
-"""Names of scene files in which much happens at once, or at odd times."""
+"""Names of scene files with many events at once, or at odd times."""
 
 
 FILES = Path(__file__).parent / "scenes"
 
 
 def torus(periodic: str, shaped: bool = False) -> kt.Scene:
-    """Nine discs, or boxes, discs and triangles, several of which cross each periodic border soon."""
+    """Returns nine discs, or boxes, discs and triangles; several cross each periodic border soon."""
     if not shaped:
         return kt.make_scene("grid", bodies=9, density=0.4, seed=3, periodic=periodic)
     places = [(0.8 + right, 0.8 + up) for up in (0.0, 2.0, 4.0) for right in (0.0, 2.0, 4.0)]
@@ -119,8 +119,8 @@ def torus(periodic: str, shaped: bool = False) -> kt.Scene:
 
 
 def case_of(name: str) -> tuple[kt.Scene, Trajectory, Page, list[float]]:
-    """One of ``SCENES`` or ``HARD``: the scene, what it does for up to 200 contacts, the page of that, and a
-    thousand moments."""
+    """Returns one of ``SCENES`` or ``HARD``: the scene, its run for up to 200 contacts, the page of that, and
+    a thousand moments."""
     scene = SCENES[name] if name in SCENES else kt.load_scene(FILES / f"{name}.toml")
     until = scene.settings.until or scene.start + UNTIL.get(name, 1.5)
     sim, parts = kt.Simulation(scene, "naive"), [np.zeros(0, kt.LOG)]
@@ -136,7 +136,7 @@ MOMENTS = 1000
 
 
 def moments(scene: kt.Scene, rows: np.ndarray, begin: float, until: float, count: int) -> list[float]:
-    """Times of events, their neighbours in float, and others between."""
+    """Returns times of events, their neighbours in float, and others between."""
     at = np.unique(rows["time"])[: count // 5].tolist()
     near = [math.nextafter(time, way) for time in at for way in (-math.inf, math.inf)]
     rng = np.random.default_rng(5)
@@ -153,13 +153,13 @@ def record(sim: kt.Simulation, until: float) -> np.ndarray:
 
 
 def in_order(shapes: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Shapes in an order of their own, those at one place by all that they are: bodies may have one home."""
+    """Returns shapes in a fixed order, shapes at one place by all their fields: bodies may have one home."""
     names = ("role", "coordinates", "shape", "label")
     return sorted(shapes, key=lambda shape: [*(shape[name] for name in names), shape["fails"] or []])
 
 
 def plain(item: Item) -> dict[str, object]:
-    """A shape as the page's script says it."""
+    """Returns a shape in the form of the page's script."""
     if isinstance(item, Link | Entry):
         points = [(At(item.a), At(item.a)), (At(item.b), At(item.b))]
     elif isinstance(item, Segment):
@@ -180,11 +180,11 @@ PLACES_OF = """(motion, moment) => {
     const those = [...motion.plans.there.keys()].filter((body) => motion.plans.there[body]);
     return those.map((body) => motion.place(body, moment));
 }"""
-"""A function of JavaScript: the places of the bodies that are there, by number."""
+"""A function of JavaScript: the places of the present bodies, by number."""
 
 
 def ask_node(tmp_path: Path, page: Page, body: str, **given: Any) -> Any:
-    """Run a script that has the page's playback and what is given, and return what it prints as JSON.
+    """Runs a script with the page's playback and the given values, and returns its JSON output.
 
     The script is the body of a function of ``playback``, ``held``, ``bodies``, ``given`` and the modules by
     name.
@@ -235,7 +235,7 @@ return found;
 
 
 def decode(coded: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Return the columns of a text of ``encode``."""
+    """Returns the columns of a text of ``encode``."""
     content = zlib.decompress(base64.b64decode(coded["text"]))
     columns, at = {}, 0
     for name, kind, length in coded["columns"]:

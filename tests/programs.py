@@ -1,7 +1,7 @@
-"""Programs that are no Python: each is found, tried with the least that tests expect of it, then used.
+"""Programs that are not Python: each is found, tried with the least that tests expect of it, then used.
 
-A program that is found may still not run: ``rustc`` is a shim where no toolchain is chosen, ``chromium`` only
-says how to install it, ``cc`` has no linker. Tests that need it are skipped then, with its own message.
+A program that is found may still not run: ``rustc`` is a shim without a chosen toolchain, ``chromium`` only
+prints how to install it, ``cc`` has no linker. Tests that need it are skipped then, with its own message.
 """
 
 import shutil
@@ -18,11 +18,11 @@ PATIENCE = 600.0
 
 
 class Trial(NamedTuple):
-    """How a program is tried.
+    """The trial of a program.
 
     Attributes:
-        names: what it may be called.
-        words: its arguments; OUT is a program that it makes, which is run next.
+        names: its possible names.
+        words: its arguments; OUT is a program that it makes, which runs next.
         given: its input.
         answer: must be in the last output.
     """
@@ -47,7 +47,7 @@ TRIALS = {
 
 
 def program(name: str) -> str:
-    """Return the path of a program that runs; skip the test where there is none."""
+    """Returns the path of a program that runs; skips the test without one."""
     path, reason = found_and_tried(name)
     if not path:
         pytest.skip(reason)
@@ -56,7 +56,7 @@ def program(name: str) -> str:
 
 @cache
 def found_and_tried(name: str) -> tuple[str, str]:
-    """Return the path of a program that runs, or "" and the reason."""
+    """Returns the path of a program that runs, or "" and the reason."""
     reasons = []
     for path in filter(None, map(shutil.which, TRIALS[name].names)):
         fault = _fault_of(path, TRIALS[name])
@@ -67,7 +67,7 @@ def found_and_tried(name: str) -> tuple[str, str]:
 
 
 def _fault_of(path: str, trial: Trial) -> str:
-    """Return what a program says where it does not run, or ""."""
+    """Returns the message of a program that does not run, or ""."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         out = str(Path(folder, "out"))
         commands = [[path, *(out if word == OUT else word for word in trial.words)]]

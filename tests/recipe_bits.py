@@ -1,6 +1,6 @@
 """The bits of every recipe: as a program, prints hashes of its scenes and fingerprints of runs as JSON.
 
-``python tests/recipe_bits.py`` prints the scenes' hashes, with ``run`` behind it the runs' as well.
+``python tests/recipe_bits.py`` prints the scenes' hashes, and with ``run`` as its argument the runs' too.
 """
 
 import hashlib
@@ -72,13 +72,13 @@ CASES = {
     "galton": Case("galton", {}, "fe2971f70f79ecfe", "8005788c212139a0"),
 }
 README_RUN = "bda21636e7388a18"
-"""Of the run that the README shows."""
+"""The fingerprint of the run that the README shows."""
 
 MOST_CONTACTS = 300
 
 
 def scene_hash(scene: kt.Scene) -> str:
-    """Return the beginning of a digest of everything in a scene that is simulated."""
+    """Returns the beginning of a digest of all simulated values in a scene."""
     arrays = (scene.position, scene.velocity, scene.radius, scene.mass)
     turns = repr(scene.turns).replace(", at=None)", ")")  # a field that came later
     rest = f"({scene.arena!r}, {turns}, {scene.start!r})".encode()
@@ -86,7 +86,7 @@ def scene_hash(scene: kt.Scene) -> str:
 
 
 def scene_hashes(grown: bool = True) -> dict[str, str]:
-    """Return the beginnings of the digests of all scenes; ``grown``: those too whose making is a run."""
+    """Returns the beginnings of the digests of all scenes; ``grown``: also scenes that are made by a run."""
     return {
         name: scene_hash(kt.make_scene(case.recipe, **case.parameters))
         for name, case in CASES.items()
@@ -95,14 +95,14 @@ def scene_hashes(grown: bool = True) -> dict[str, str]:
 
 
 WIDEST = {"disc": {"general": True}, "wall": {"general": True}}
-"""Narrow phases of which all scenes with walls share a loop, with commands of all kinds in it."""
+"""Narrow phases of one loop for all scenes with walls, with commands of all kinds in it."""
 
 
 def fingerprints(in_one_loop: bool = False) -> dict[str, str]:
-    """Return the beginnings of the fingerprints of short runs, and of the run that the README shows.
+    """Returns the beginnings of the fingerprints of short runs, and of the run that the README shows.
 
-    Under ``cells``, which has most vectors in it; that all phases have the same is for other tests.
-    ``in_one_loop``: of the scenes with walls alone, with whatever a loop of discs may have.
+    Under ``cells``, which has most vectors in it; other tests compare the phases. ``in_one_loop``: for the
+    scenes with walls alone, with all features that a loop of discs may have.
     """
     found = {}
     for name, case in CASES.items():

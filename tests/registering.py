@@ -21,7 +21,7 @@ HOOKS = {
 
 @contextmanager
 def registered(*plugins: Any) -> Iterator[None]:
-    """Within this context these are registered: plugins, or specs."""
+    """Within this context these plugins or specs are registered."""
     with remove():
         for plugin in plugins:
             if isinstance(plugin, Spec):
@@ -32,7 +32,7 @@ def registered(*plugins: Any) -> Iterator[None]:
 
 
 def fixture(*plugins: Any, **how: Any) -> Any:
-    """Returns a fixture, of all tests of a file unless ``autouse`` says otherwise, with these registered."""
+    """Returns a fixture with these registered, for all tests of a file unless ``autouse`` is False."""
 
     @pytest.fixture(**{"autouse": True, **how})
     def _registered() -> Iterator[None]:
@@ -44,8 +44,8 @@ def fixture(*plugins: Any, **how: Any) -> Any:
 
 @contextmanager
 def remove(*names: str) -> Iterator[None]:
-    """Within this context nothing has these names, whether a distribution brought it or this process added
-    it; after it the registry is as it was before."""
+    """Within this context nothing has these names, from a distribution or from this process; after it the
+    registry is restored."""
     registry = kt.registry()
     before = registry._provided
     registry._provided = [each for each in before if each.spec.name not in names]

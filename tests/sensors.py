@@ -1,4 +1,4 @@
-"""Balls that fly into a sensor, and one that comes late."""
+"""Balls that fly into a sensor, and one that arrives late."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ LATE = kt.Insert(1.0, (8.0, 8.0), (0.0, 2.0), 0.5, kind="late")
 
 
 def world(**more: Any) -> kt.Scene:
-    """Return two balls, at rest between them a sensor, which they pass."""
+    """Returns two balls that pass a sensor, at rest between them."""
     places, flies = [[1.0, 5.0], [5.0, 5.0], [5.0, 2.0]], [[2.0, 0.0], [0.0, 0.0], [0.0, 1.0]]
     rules = {"kind": ["ball", "sensor", "ball"], "responses": {("ball", "sensor"): "pass"}}
     return kt.Scene(places, flies, [0.1, 0.5, 0.25], arena=(10.0, 10.0), **rules, **more)

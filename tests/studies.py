@@ -25,10 +25,10 @@ parameters = { bodies = [9, 25], density = [0.5, 0.05] }
 """
 
 TASKS = 64
-"""Tasks of STUDY, each of which takes some hundredths of a second, interpreted."""
+"""Tasks of STUDY; each takes some hundredths of a second, interpreted."""
 
 RUN_TO_RUN = ("seconds", "environment", "compiled", "compile_seconds", "python_seconds")
-"""Columns that differ from run to run, beside those of CPU time."""
+"""Columns that differ from run to run, besides the columns of CPU time."""
 
 
 def write(folder: Path, text: str = STUDY) -> Path:
@@ -44,7 +44,7 @@ def run_here(study: Study, **how: Any) -> StudyStatus:
 
 
 def begin(*words: object, folder: Path, paths: Sequence[str] = ()) -> subprocess.Popen[str]:
-    """Begin ``kinetile study``, interpreted, in a process that leads its session."""
+    """Begins ``kinetile study``, interpreted, in a process that leads its session."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*paths, *installing.OWN])}
     return subprocess.Popen(
         [sys.executable, "-m", "kinetile", "study", *map(str, words)],
@@ -64,7 +64,7 @@ def ended(process: subprocess.Popen[str], code: int = 0) -> tuple[str, str]:
 
 
 def wait_for_rows(process: subprocess.Popen[str], study: Study, count: int) -> None:
-    """Wait until a study that runs has a number of rows."""
+    """Waits until a running study has a number of rows."""
     until = time.monotonic() + 120
     while len(study.rows()) < count:
         assert process.poll() is None, process.communicate()
@@ -73,13 +73,13 @@ def wait_for_rows(process: subprocess.Popen[str], study: Study, count: int) -> N
 
 
 def workers_of(pid: int) -> list[int]:
-    """Return the worker processes of a study that runs."""
+    """Returns the worker processes of a running study."""
     children = map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split())
     return [child for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
 
 
 def all_end(pids: Sequence[int], seconds: float = 20.0) -> bool:
-    """Whether all of some processes end within ``seconds``."""
+    """Returns True if all of some processes end within ``seconds``."""
     until = time.monotonic() + seconds
     while any(map(_is_alive, pids)):
         if time.monotonic() > until:
@@ -89,7 +89,7 @@ def all_end(pids: Sequence[int], seconds: float = 20.0) -> bool:
 
 
 def _is_alive(pid: int) -> bool:
-    """Whether a process is there and is no zombie."""
+    """Returns True if a process is there and is not a zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
@@ -97,7 +97,7 @@ def _is_alive(pid: int) -> bool:
 
 
 def kill(pid: int) -> None:
-    """End one process, as the system does when memory runs out."""
+    """Ends one process, as the system does when memory runs out."""
     os.kill(pid, signal.SIGKILL)
 
 
@@ -106,7 +106,7 @@ def by_key(study: Study) -> dict[str, dict[str, Any]]:
 
 
 def lasting(study: Study) -> list[dict[str, Any]]:
-    """Return the rows of a study without what depends on times and machine."""
+    """Returns the rows of a study without columns that depend on times and machine."""
     return [
         {name: value for name, value in row.items() if name not in RUN_TO_RUN and "cpu_second" not in name}
         for row in study.rows()

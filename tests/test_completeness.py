@@ -43,7 +43,7 @@ OF_ALL = {"scene", "self", "rng", "seed"}
 
 
 def demand(condition: object, missing: str) -> None:
-    """Fail with a sentence alone, not with the texts that were searched."""
+    """Fails with a sentence alone, not with the texts that were searched."""
     if not condition:
         pytest.fail(f"{missing} (CONTRIBUTING.md, Where a change goes)", pytrace=False)
 

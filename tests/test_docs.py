@@ -60,7 +60,7 @@ class Block(NamedTuple):
 
 
 def read_blocks(page: Path) -> Iterator[Block]:
-    """Yield the blocks of a page in their order."""
+    """Yields the blocks of a page in their order."""
     lines = page.read_text(encoding="utf-8").splitlines()
     before = ""
     place = 0
@@ -81,7 +81,7 @@ FIRST = {"README.md", "tutorial.md"}
 
 
 def pages_with(language: str) -> list[Any]:
-    """Return (page, marks) to run: each page that has blocks to run, and again, marked slow, with those that
+    """Returns (page, marks) to run: each page that has blocks to run, and again, marked slow, with those that
     are slow as well."""
     found = []
     for page in PAGES:
@@ -100,7 +100,7 @@ def pages_with(language: str) -> list[Any]:
 
 
 def stand_in(page: Path, folder: Path) -> None:
-    """Copy the scenes beside a page into the folder in which its blocks run."""
+    """Copies the scenes beside a page into the folder in which its blocks run."""
     if page.parent == DOCS:
         shutil.copytree(DOCS / "scenes", folder / "scenes")
 
@@ -147,7 +147,7 @@ def test_a_hook_stops_in_the_debugger_as_printed(tmp_path):
 
 
 def commands(block: Block) -> Iterator[tuple[str, int, list[str]]]:
-    """Yield (command, exit code, lines of output) for each line of a console block that begins with ``$``."""
+    """Yields (command, exit code, lines of output) for each line of a console block that begins with $."""
     found: list[tuple[str, int, list[str]]] = []
     for line in block.text.splitlines():
         if line.startswith("$ "):
@@ -159,7 +159,7 @@ def commands(block: Block) -> Iterator[tuple[str, int, list[str]]]:
 
 
 def assert_shown(shown: list[str], output: str, where: str) -> None:
-    """Assert that the lines that a page shows are in the output, in their order."""
+    """Asserts that the lines that a page shows are in the output, in their order."""
     pattern = r"\n".join(
         r"(?:.*\n)*?.*" if line.strip() == "..." else r".*?".join(map(re.escape, line.split("...")))
         for line in shown
@@ -169,7 +169,7 @@ def assert_shown(shown: list[str], output: str, where: str) -> None:
 
 
 def write(block: Block, folder: Path, begun: set[Path]) -> None:
-    """Write a block into its file: the first one of a page makes it, the others go to its end."""
+    """Writes a block into its file: the first one of a page makes it, the others go to its end."""
     path = folder / block.detail
     made = path.exists() or path.parent == folder
     assert made, f"line {block.line}: no command before it has made {block.detail}"
@@ -181,7 +181,7 @@ def write(block: Block, folder: Path, begun: set[Path]) -> None:
 
 
 def assert_runs(words: list[str], environment: dict[str, str], folder: Path, code: int, where: str) -> str:
-    """Assert that a kinetile command ends with an exit code; return what it has printed.
+    """Asserts that a kinetile command ends with an exit code; returns what it has printed.
 
     In this process, unless the command needs another environment: to start one takes a second.
     """

@@ -49,7 +49,7 @@ PICTURES = [
 
 @cache
 def drawn(folder: str, here: Path) -> Path:
-    """Return a folder in which a script has drawn: all in one process, interpreted."""
+    """Returns a folder in which a script has drawn: all in one process, interpreted."""
     examples = ("docs/examples/kinetile-thesis", "tests/foreign/kinetile-stripes")
     paths = [path for each in examples for path in install(ROOT / each, here / "site")]
     place = here / folder

@@ -27,7 +27,7 @@ ONE_IN = 16
 
 
 def _cells(cells, meaningless):
-    """Return the cells that are tested, as parameters; a column may need a program."""
+    """Returns the cells that are tested, as parameters; a column may need a program."""
     chosen, others = [], []
     for one, other in cells:
         if (one, other) not in meaningless:
@@ -40,7 +40,7 @@ def _cells(cells, meaningless):
 
 
 def _holds(refused, cell, observe) -> None:
-    """Assert that a cell works, or is refused by its sentence."""
+    """Asserts that a cell works, or is refused by its sentence."""
     if cell not in refused:
         observe()
         return

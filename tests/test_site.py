@@ -280,7 +280,7 @@ BOUNDS = "((each) => document.querySelector(each).getBoundingClientRect().toJSON
 
 
 def search(browser: Browser, site: Path, word: str) -> list[list[str]]:
-    """Search for a word; return of each result that should have an excerpt its text and the excerpt."""
+    """Searches for a word; returns of each result that should have an excerpt its text and the excerpt."""
     browser.visit(site / "search.html", f"?q={word}")
     done = "document.querySelector('.search-summary')?.innerText"
     while not browser.value(done):

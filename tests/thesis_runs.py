@@ -1,9 +1,9 @@
-"""What happens in the scenes of docs/thesis, and the files that commands make of them: a program for tests.
+"""The events of the scenes of docs/thesis, and the files that commands make of them: a program for tests.
 
-It is to run with ``NUMBA_DISABLE_JIT=1``, in one process: these scenes are small, and nothing needs to be
-compiled. The package docs/examples/kinetile-thesis must be known to it (``installing.install``).
+It has to run with ``NUMBA_DISABLE_JIT=1``, in one process: these scenes are small, and nothing needs to be
+compiled. The package docs/examples/kinetile-thesis must be installed (``installing.install``).
 
-``runs FOLDER SCENE[:PHASE] ...`` prints a JSON object: for each, what was after each event, the start first.
+``runs FOLDER SCENE[:PHASE] ...`` prints a JSON object: for each, the state after each event, the start first.
 ``commands FILE`` runs the lines of a file that begin with ``kinetile``, until one fails.
 """
 
@@ -22,7 +22,7 @@ from kinetile.plugin.choices import read_phase
 
 
 def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
-    """Return what there is now, after an event; None: at the start."""
+    """Returns the present state, after an event; None: at the start."""
     try:
         sim.audit()
         complaint = ""
@@ -38,7 +38,7 @@ def moment(sim: kt.Simulation, event: kt.Event | None) -> dict[str, Any]:
 
 
 def happened(scene: kt.Scene, phase: str | None) -> dict[str, Any]:
-    """Run a scene event by event, and return all moments, and what it gave."""
+    """Runs a scene event by event, and returns all moments, and the result."""
     name, options = (None, {}) if phase is None else read_phase(phase)
     sim = kt.Simulation(scene, name, options=options or None)
 
@@ -47,7 +47,7 @@ def happened(scene: kt.Scene, phase: str | None) -> dict[str, Any]:
 
 
 def main(what: str, *words: str) -> None:
-    """Do what the module's docstring says."""
+    """Runs one of the module's two commands."""
     if what == "runs":
         folder, *scenes = words
         found = {}

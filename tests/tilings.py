@@ -1,6 +1,6 @@
-"""Tilings by brute force, and simulations event by event: what the tests of sweep-tiling share.
+"""Tilings by brute force, and simulations event by event: helpers of the tests of sweep-tiling.
 
-Ports and ends have the numbers of ``kinetile_plugins.sweep_tiling.web``: port 0, 1, 2 is OUTER, UPPER, LOWER;
+Ports and ends are numbered as in ``kinetile_plugins.sweep_tiling.web``: port 0, 1, 2 is OUTER, UPPER, LOWER;
 body b's bound L begins at 16 b, its R at 16 b + 8; n as an end is TOP, n + 1 BOTTOM.
 """
 
@@ -25,14 +25,14 @@ SCENES = Path(__file__).parent / "scenes"
 
 
 class Tiling(NamedTuple):
-    """All that a tiling is: right ports by left ports, and (above, below) by bounds."""
+    """A whole tiling: right ports by left ports, and (above, below) by bounds."""
 
     links: dict[int, int]
     ends: dict[int, tuple[int, int]]
 
 
 def tiling_of(state: Any) -> Tiling:
-    """Read the tiling out of the broad phase's state."""
+    """Returns the tiling in the broad phase's state."""
     n = len(state.level)
     left = [16 * body + port for body in range(n) for port in (UPPER, LOWER, 8 + OUTER)] + [
         16 * n + 8 + OUTER
@@ -45,8 +45,8 @@ def tiling_of(state: Any) -> Tiling:
 
 
 def tiling_by_force(place: Any, reach: Any) -> Tiling:
-    """Make the tiling of discs straight from the geometry, O(n^2): where the vertical lines from their
-    leftmost and rightmost points end, and which bound comes next to the right of each.
+    """Makes the tiling of discs straight from the geometry, O(n^2): the ends of the vertical lines from their
+    leftmost and rightmost points, and the next bound to the right of each.
 
     Only for scenes in general position: no two bounds at one x, no disc touching another.
     """
@@ -55,7 +55,7 @@ def tiling_by_force(place: Any, reach: Any) -> Tiling:
     west, east = x - reach, x + reach
 
     def surfaces(at: Any) -> tuple[Any, Any]:
-        """Lowest and highest point of each disc on a vertical line; not a number where there is none."""
+        """Returns the lowest and highest point of each disc on a vertical line; NaN without one."""
         with np.errstate(invalid="ignore"):
             half = np.sqrt(reach * reach - (at - x) ** 2)
         return y - half, y + half
@@ -72,7 +72,7 @@ def tiling_by_force(place: Any, reach: Any) -> Tiling:
             ends[at] = above, below
 
     def next_bound(start: float, top: int, bottom: int) -> int:
-        """The right port of the tile that begins at an x between two ends."""
+        """Returns the right port of the tile that begins at an x between two ends."""
         found = [(np.inf, 16 * n + OUTER)]
         if top < n:
             found.append((east[top], 16 * top + 8 + LOWER))
@@ -103,7 +103,7 @@ class Steps:
     Attributes:
         sim: the simulation.
         engine: its engine.
-        events: how many events have run.
+        events: the number of events so far.
     """
 
     def __init__(self, scene: kt.Scene, phase: str = "sweep-tiling", **options: Any) -> None:
@@ -118,7 +118,7 @@ class Steps:
         return self.engine.state
 
     def _head(self) -> tuple[int, int]:
-        """The body whose entry is the first of the queue, and its tick; guesses are asked before that."""
+        """Returns the body of the first entry of the queue, and its tick; guesses are resolved before."""
         self.engine.chunk(2**60, UNLIMITED, most=0)
         queue = self.engine.k.queue
         body = int(np.lexsort((np.arange(len(queue)), queue.kind, queue.key))[0])
@@ -126,7 +126,7 @@ class Steps:
 
     @property
     def next_tick(self) -> int:
-        """When the next event is."""
+        """Returns the tick of the next event."""
         return self._head()[1]
 
     @property
@@ -136,8 +136,8 @@ class Steps:
 
     @property
     def next_bounds(self) -> tuple[int, int] | None:
-        """The two bounds (2 body for L, 2 body + 1 for R) that pass each other next; None: something else
-        is next."""
+        """Returns the two bounds (2 body for L, 2 body + 1 for R) that pass each other next; None: another
+        event is next."""
         if not self.next_is_structural:
             return None
         p = self.next_tile
@@ -152,7 +152,7 @@ class Steps:
         return 16 * body + (slot or 8 + OUTER)
 
     def step(self, until: int = 2**60, budget: int = 1) -> bool:
-        """Run the next event; return whether there was one up to tick ``until``."""
+        """Runs the next event; returns whether there was one up to tick ``until``."""
         ran = self.engine.chunk(until, UNLIMITED, most=budget) == BUDGET_SPENT
         self.events += ran
         return ran
@@ -164,7 +164,7 @@ class Steps:
         return tiling_by_force(positions_now(self.engine.k), np.asarray(self.engine.k.bodies.reach))
 
     def to_the_middle(self) -> bool:
-        """Let time pass to the middle between now and the next event; return whether there was a middle."""
+        """Lets time pass to the middle between now and the next event; returns whether there was a middle."""
         now, then = self.engine.now, self.next_tick
         middle = (now + min(then, now + 2**50)) // 2
         if then <= now + 2**12:
@@ -174,8 +174,8 @@ class Steps:
 
 
 def audited_events(scene: kt.Scene, most: int) -> int:
-    """Run a scene event by event under sweep-tiling, audit after each, and return how many there were; a jam
-    ends it."""
+    """Runs a scene event by event under sweep-tiling, with an audit after each, and returns the number of
+    events; a jam ends it."""
     steps = Steps(scene)
     steps.audit()
     try:
@@ -187,7 +187,7 @@ def audited_events(scene: kt.Scene, most: int) -> int:
 
 
 def hard_scenes() -> Iterator[tuple[str, kt.Scene]]:
-    """The scenes of tests/scenes that have an arena, by name."""
+    """Yields the scenes of tests/scenes that have an arena, by name."""
     for path in sorted(SCENES.glob("H*.toml")):
         scene = kt.load_scene(path)
         if scene.arena is not None:
@@ -195,15 +195,15 @@ def hard_scenes() -> Iterator[tuple[str, kt.Scene]]:
 
 
 def lattice(seed: int, jitter: bool) -> kt.Scene:
-    """A lattice with exact ties, or a jittered one; every other one has turns."""
+    """Returns a lattice with exact ties, or a jittered one; every other one has turns."""
     return agreement.lattice(seed, jitter, 40 if seed % 4 >= 2 else 0)
 
 
 def columns(seed: int) -> kt.Scene:
-    """Columns of discs side by side that slide past each other where they graze, exactly or within 1e-11.
+    """Returns columns of discs that slide past each other and graze, exactly or within 1e-11.
 
     A lattice has such pairs now and then, here all are: vertical orders change without a contact, and bounds
-    stand nearer to each other than a skin.
+    are nearer to each other than a skin.
     """
     rng = np.random.default_rng(seed)
     gap = float(10.0 ** rng.uniform(-16, -11)) if seed % 2 else 0.0
@@ -222,7 +222,7 @@ def columns(seed: int) -> kt.Scene:
 
 
 def random_scene(seed: int, bodies: int | None = None) -> kt.Scene:
-    """Discs of a radius ratio of up to 1000, and a mass ratio of up to a million."""
+    """Returns discs with a radius ratio of up to 1000, and a mass ratio of up to a million."""
     rng = np.random.default_rng(seed)
     return kt.make_scene(
         "random",

@@ -51,7 +51,7 @@ def drawn(
 
 
 def with_passing(scene: kt.Scene, seed: int) -> kt.Scene:
-    """Returns a scene in which some pass through each other and some turn, on dyadic times."""
+    """Returns a scene with bodies that pass through each other and bodies that turn, on dyadic times."""
     rng = random.Random(seed)
     kind = [rng.choice(("ball", "wisp", "wisp")) for _ in range(len(scene))]
     passing = rng.choice(([("wisp", "wisp")], [("ball", "wisp")], [("ball", "wisp"), ("wisp", "wisp")]))

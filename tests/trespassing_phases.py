@@ -1,7 +1,7 @@
-"""Broad phases that are right and write where they must not, or touch what lies outside of an array.
+"""Broad phases that are right but write to forbidden places, or access values outside an array.
 
-As a module it is a plugin. ``python -m trespassing_phases`` prints as JSON what is seen of each where hooks
-run interpreted.
+As a module it is a plugin. ``python -m trespassing_phases`` prints as JSON the faults that are found in each
+with interpreted hooks.
 """
 
 from collections.abc import Iterator
@@ -27,8 +27,8 @@ STEP = 1 << 51
 
 
 class State(NamedTuple):
-    """How often each body's certificate has failed; where a phase that strays strays to; what it was
-    given."""
+    """The number of failures of each body's certificate; the array beyond which a phase strays; the values
+    that it was given."""
 
     failed: Records  # (n,)
     astray: Records  # (1,)
@@ -57,10 +57,10 @@ def wait_on(k: Kernel, s: State, body: int) -> int:
 
 @hook
 def replan(k: Kernel, s: State, body: int) -> None:
-    """A certificate depends on no plan."""
+    """No certificate depends on a plan."""
 
 
-# What it must not write
+# Forbidden writes
 
 
 @hook
@@ -117,7 +117,7 @@ def audit_and_mend(k: Kernel, s: State) -> Iterator[str]:
     yield from ()
 
 
-# What lies outside
+# Outside an array
 
 
 @hook
@@ -157,7 +157,7 @@ def misspell(k: Kernel, s: State, body: int) -> None:
     s.failed[body] = k.bodies[body].vz
 
 
-# What is allowed
+# Allowed calls
 
 
 @hook
@@ -174,7 +174,7 @@ def use_the_toolbox(k: Kernel, s: State, body: int) -> int:
     return 1
 
 
-# As bodies come and go
+# With insertions and removals
 
 
 @hook
@@ -201,7 +201,7 @@ def take_in(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def let_go(k: Kernel, s: State, body: int) -> None:
-    """No other body's certificate has to do with a body."""
+    """No other body's certificate depends on a body."""
 
 
 @hook
@@ -221,7 +221,7 @@ def move_ahead(k: Kernel, s: State, body: int, stage: int) -> None:
 
 
 def living(**parts: Any) -> dict[str, Any]:
-    """Return the parts of a phase that takes bodies in and lets them go."""
+    """Returns the parts of a phase that accepts insertions and removals."""
     return {"near": those_there, "build": build_for_those_there, "enter": take_in, "leave": let_go, **parts}
 
 

@@ -1,4 +1,4 @@
-"""A narrow phase of somebody else for pairs: discs, right but for a fault of choice; it is a plugin."""
+"""A foreign narrow phase for pairs of discs, right but for a chosen fault; it is a plugin."""
 
 from dataclasses import replace
 

@@ -23,8 +23,8 @@ def compiled(asked: Callable[..., Any], first: str = "{}") -> Callable[..., Any]
 
 
 def both_ways(asked: Callable[..., Any], first: str = "{}") -> Callable[..., Any]:
-    """Returns a hook as a function that compares what it returns and writes as Python with what it does in
-    machine code, bit for bit: of what is not a number only that it is none, and no types."""
+    """Returns a hook as a function that compares its results and writes as Python and in machine code, bit
+    for bit; NaNs are equal, and types are not compared."""
     machine = compiled(asked, first)
 
     def compared(*given: Any) -> Any:

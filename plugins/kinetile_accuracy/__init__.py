@@ -1,4 +1,4 @@
-"""Speed against error: the certified oracle, certified logs, baselines in steps, and the report of them.
+"""Speed against error: the certified oracle, certified logs, time-stepped baselines, and their report.
 
 Each name below is imported when it is first used: the oracle needs python-flint, the figures matplotlib.
 """

@@ -1,5 +1,5 @@
 """The commands ``oracle``, ``certify-log`` and ``accuracy``. Each imports its numerical modules only when it
-runs: the oracle needs python-flint, the figures matplotlib, and ``kinetile --help`` neither."""
+runs: the oracle needs python-flint, the figures matplotlib, and ``kinetile --help`` needs neither."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _command = app.command(rich_help_panel="Accuracy")
 SHOWN = 20
 """Contacts that the table of ``oracle`` shows from each end of a long list."""
 
-_LONGEST = 1 << 12  # characters of a line: of a contact some 60
+_LONGEST = 1 << 12  # characters of a line: a contact has some 60
 _PARQUET = b"PAR1"
 
 
@@ -45,12 +45,12 @@ def oracle(
     until: cli.Until = None,
     max_contacts: cli.MaxContacts = None,
     against: Annotated[
-        str | None, cli.option("Say how far a run under this broad phase agrees.", "NAME")
+        str | None, cli.option("Print how far a run under this broad phase agrees.", "NAME")
     ] = None,
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Certify the contacts of a scene in ball arithmetic; exit code 1 where a run differs.
+    """Certifies the contacts of a scene in ball arithmetic; exit code 1 if a run differs.
 
     For example: kinetile oracle random -s bodies=20 --until 1
     """
@@ -71,7 +71,7 @@ def oracle(
             certifier = Oracle(this_scene, end)
             try:
                 _follow(certifier, max_contacts, bar)
-            finally:  # after Ctrl-C those contacts are printed that are certain
+            finally:  # after Ctrl-C the certain contacts are printed
                 bar.close()
                 certified = certifier.certified
                 _print_oracle(this_scene, options, certified, None, json, csv)
@@ -128,7 +128,7 @@ def _print_oracle(
             "why": certified.ending,
             "bits": certified.bits,
             "undecidable": certified.undecidable and certified.undecidable._asdict(),
-            "contacts": [  # the time in all certain digits, and as the nearest double
+            "contacts": [  # the time with all certain digits, and as the nearest double
                 met._asdict() | {"time": met.time.decimal(40), "nearest": met.time.nearest}
                 for met in certified.contacts
             ],
@@ -169,7 +169,7 @@ def certify_log(
     until: Annotated[
         float | None,
         cli.option(
-            "Up to this time all contacts must be there; as in `run`, or what an event file says.", "TIME"
+            "Up to this time all contacts must be there; as in `run`, or an event file's own.", "TIME"
         ),
     ] = None,
     max_contacts: cli.MaxContacts = None,
@@ -178,7 +178,7 @@ def certify_log(
     ] = None,
     json: cli.Json = False,
 ) -> None:
-    """Check a list of contacts by the specification; exit code 1, and the first line that is wrong.
+    """Checks a list of contacts by the specification; exit code 1, with the first wrong line.
 
     For example: kinetile certify-log random contacts.txt --until 1
     """
@@ -233,15 +233,15 @@ def _certifier(
 
 
 def _read_events(path: str, scene: Scene, end: float | None) -> tuple[Array, float | None]:
-    """Reads an event file, and how far it goes: a run that was broken off goes to its last row."""
+    """Reads an event file and the time of its end: an interrupted run ends at its last row."""
     from kinetile.instruments import read_with_scene, relabelled
 
     (rows, metadata), its_scene = read_with_scene(path)
     if relabelled(its_scene, settings=scene.settings) != scene:
-        here = "the one in its metadata is not the one that is given here, with all of its commands"
+        here = "the scene in its metadata, with all its commands, is not the given one"
         raise BadOption(f"{path} is of another scene: {here}")
     if metadata["answer"] != scene.answer:
-        here = f"what is checked here is answer {scene.answer}: its contacts follow other rules"
+        here = f"this check is of answer {scene.answer}: its contacts follow other rules"
         raise BadOption(f"{path} is of answer {metadata['answer']}, and {here}")
     if end is None and metadata["status"] == "complete":
         reached = metadata["time"]
@@ -264,7 +264,7 @@ def _print_certified(scene: Scene, log: str, report: CertifiedLog, json: bool) -
 @_command
 def accuracy(
     quick: Annotated[bool, cli.flag("Measure for about a minute.", "--quick")] = False,
-    full: Annotated[bool, cli.flag("Measure for half an hour or so.", "--full")] = False,
+    full: Annotated[bool, cli.flag("Measure for about half an hour.", "--full")] = False,
     part: Annotated[
         list[str] | None,
         cli.option("Only this part: chart, queries, oracle, specification or drift.", "NAME"),

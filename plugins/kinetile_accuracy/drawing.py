@@ -1,4 +1,4 @@
-"""Figures in the look that all share: fit to print, legible in grey and for the colour-blind."""
+"""Figures in one common look: fit to print, legible in grey and for colour-blind readers."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -37,7 +37,7 @@ _STYLE: dict[str, Any] = {
 
 
 def matplotlib_module(name: str = "matplotlib") -> Any:
-    """Returns matplotlib, or a module of it; MissingExtra where it is not installed."""
+    """Returns matplotlib, or a module of it; raises MissingExtra without it."""
     return needed("Drawing the figures", "matplotlib", "figures", name)
 
 
@@ -49,7 +49,7 @@ def house_style() -> AbstractContextManager[None]:
 
 def new_figure(panels: int = 1, height: float = 3.2, rows: int = 1, **options: Any) -> tuple[Figure, Any]:
     """Returns a figure of the page's width with some panels side by side, and the panel, or the flat array of
-    them, row by row; options are those of ``Figure.subplots``. Raises MissingExtra without matplotlib."""
+    panels, row by row; options go to ``Figure.subplots``. Raises MissingExtra without matplotlib."""
     figure: Figure = matplotlib_module("matplotlib.figure").Figure((WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, panels, **options)
     return figure, axes if rows == panels == 1 else axes.ravel()
@@ -63,7 +63,7 @@ def curve(panel: Any, x: Sequence[float], y: Sequence[float], look: int, **optio
 
 
 def legend_below(figure: Figure, columns: int) -> None:
-    """Sets one legend of all that is drawn below the panels."""
+    """Puts one legend of all curves below the panels."""
     shown = [axes.get_legend_handles_labels() for axes in figure.axes]
     unique = {label: line for lines, labels in shown for label, line in zip(labels, lines, strict=True)}
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=columns)

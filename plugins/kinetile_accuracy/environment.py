@@ -9,7 +9,7 @@ from kinetile.instruments import versions
 
 
 def environment() -> dict[str, Any]:
-    """Returns the versions and the machine that every measured figure depends on."""
+    """Returns the versions and the machine, which every measured figure depends on."""
     return {
         "versions": versions(),
         "machine": platform.machine(),

@@ -1,5 +1,5 @@
 """The accuracy report: its parts are measured one after the other, then written as a page and as data. The
-page needs no script and no other file: first the verdict, a table of what must hold; then each part."""
+page needs no script and no other file: first the verdict, a table of the claims; then each part."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -31,11 +31,11 @@ PARTS: Mapping[str, str] = {
     "specification": "kinetile_accuracy.long_runs.whole_runs",
     "drift": "kinetile_accuracy.long_runs.drift",
 }
-"""The parts in the order of the page, each with the module whose ``measure`` does it."""
+"""The parts in the order of the page, each with the module that has its ``measure``."""
 
 
 class AccuracyReport(list[Section]):
-    """The sections that were measured; a notebook shows them with their tables and figures."""
+    """The measured sections; a notebook shows them with their tables and figures."""
 
     def _repr_html_(self) -> str:
         with house_style():
@@ -50,7 +50,7 @@ def measure_parts(
     finish: Callable[[Section], object] | None = None,
 ) -> AccuracyReport:
     """Measures parts of the report: names from ``PARTS``, None for all; ``finish`` gets each finished
-    section. Raises BadOption for an unknown part, MissingExtra where ``oracle`` lacks python-flint."""
+    section. Raises BadOption for an unknown part, MissingExtra if ``oracle`` lacks python-flint."""
     check_parts(parts)
     sections = AccuracyReport()
     for name in PARTS if parts is None else parts:
@@ -63,14 +63,14 @@ def measure_parts(
 
 
 def check_parts(parts: Sequence[str] | None) -> None:
-    """Raises BadOption where there is no such part."""
+    """Raises BadOption for an unknown part."""
     for name in parts or ():
         if name not in PARTS:
             raise BadOption(f"the report has no part {name!r}; its parts are {', '.join(PARTS)}")
 
 
 def check_packages(parts: Sequence[str] | None = None) -> None:
-    """Raises BadOption where there is no such part, MissingExtra where one cannot be measured or drawn."""
+    """Raises BadOption for an unknown part, and MissingExtra if a part cannot be measured or drawn."""
     check_parts(parts)
     needed("The report", "matplotlib", "accuracy")
     if parts is None or "oracle" in parts:
@@ -85,8 +85,8 @@ def write_report(
     conditions: Mapping[str, Any],
 ) -> list[Path]:
     """Writes the page, its figures (SVG and PNG) and the rows of its tables (CSV) to a folder, which is made
-    if it is not there; returns the paths, the page ``accuracy.html`` first. ``conditions`` are those of
-    ``environment``. Raises MissingExtra without matplotlib, before it writes anything, and OSError."""
+    if it does not exist; returns the paths, the page ``accuracy.html`` first. ``conditions`` are the values
+    of ``environment``. Raises MissingExtra without matplotlib, before it writes anything, and OSError."""
     check_packages(())
     sections, folder = list(sections), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -112,7 +112,7 @@ def write_report(
 
 
 def section_as_dict(section: Section) -> dict[str, Any]:
-    """Returns a section for ``as_json``, its rows included."""
+    """Returns a section, with its rows, for ``as_json``."""
     claims = [claim._asdict() for claim in section.claims]
     tables = {table.name: list(map(vars, table.rows)) for table in section.tables}
     plain = {name: value for name, value in vars(section).items() if name != "pictures"}

@@ -1,8 +1,8 @@
-"""Sections of the accuracy report, the rows behind them, and how they write numbers and words.
+"""Sections of the accuracy report, the rows behind them, and the forms of their numbers and words.
 
-A part measures something and returns a ``Section``. Its claims are what must hold, with what was found; its
-findings are sentences made from the rows, the data behind the tables and the pictures. The heading and the
-meaning of a column are at the field of the row::
+A part measures something and returns a ``Section``. Its claims are statements that must hold, each with the
+measured values; its findings are sentences made from the rows, the data behind the tables and the pictures.
+The heading and the meaning of a column are at the field of the row::
 
     @dataclass(frozen=True)
     class LateClock:
@@ -22,14 +22,14 @@ else:
     Figure = Any  # matplotlib is an extra
 
 Budget = Literal["quick", "normal", "full"]
-"""How much is measured: for the whole report in about a minute, in some minutes, or in half an hour or so."""
+"""The effort: the whole report takes about a minute, some minutes, or about half an hour."""
 
 ReportProgress = Callable[[str, int, int], None]
 """Called with the present measurement, the number of its finished steps, and their total."""
 
 
 class Column(NamedTuple):
-    """What a field of a row means, and its heading on the page; without one it is in the file alone."""
+    """The meaning of a row's field, and its heading on the page; without a heading it is only in the file."""
 
     meaning: str
     head: str = ""
@@ -37,8 +37,8 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of one kind: the stem of their file, a caption, and instances of one frozen dataclass whose fields
-    are text, numbers, truths or None, each annotated with its ``Column``."""
+    """Rows of one kind: the stem of their file, a caption, and instances of one frozen dataclass. Its fields
+    are texts, numbers, truth values or None, each annotated with its ``Column``."""
 
     name: str
     caption: str
@@ -58,8 +58,8 @@ class Table:
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure drawn from the rows: the stem of its file, what it shows, in a sentence or two, what draws it,
-    and what its rows are of, for the metadata of the file."""
+    """A figure drawn from the rows: the stem of its file, a caption of a sentence or two, the function that
+    draws it, and the subject of its rows, for the metadata of the file."""
 
     name: str
     caption: str
@@ -68,7 +68,7 @@ class ReportFigure:
 
 
 class Claim(NamedTuple):
-    """A statement that must hold, what was measured, and whether it holds in that."""
+    """A statement that must hold, the measured value, and True if it holds there."""
 
     says: str
     measured: str
@@ -77,8 +77,8 @@ class Claim(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the report, by its name as in ``--part``: what was measured and how, sentences made from the
-    rows, and what could not be measured, each with its reason."""
+    """A part of the report, by its name as in ``--part``: the measurement and its method, sentences made
+    from the rows, and the parts that could not be measured, each with its reason."""
 
     name: str
     title: str
@@ -95,7 +95,7 @@ Row = TypeVar("Row")
 
 
 def grouped(rows: Iterable[Row], *names: str) -> dict[Any, list[Row]]:
-    """Returns rows by the value of a field, or by the values of several, in the order in which they come."""
+    """Returns rows by the value of a field, or by the values of several, in their order."""
     found: dict[Any, list[Row]] = {}
     for row in rows:
         key = tuple(getattr(row, name) for name in names)
@@ -104,7 +104,7 @@ def grouped(rows: Iterable[Row], *names: str) -> dict[Any, list[Row]]:
 
 
 LEAST, MOST = 1e-3, 1e6
-"""Numbers from the one to below the other are written as decimals."""
+"""Numbers from the first to below the second are written as decimals."""
 
 
 def number(value: float, digits: int = 2) -> str:
@@ -123,7 +123,7 @@ def number(value: float, digits: int = 2) -> str:
 
 
 def cell(value: Any) -> str:
-    """Returns a value of a table as people read it, fractions to three digits."""
+    """Returns a value of a table in readable form, fractions to three digits."""
     if value is None:
         return "–"
     if isinstance(value, bool):

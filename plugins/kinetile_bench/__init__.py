@@ -1,5 +1,5 @@
-"""Benchmarks and studies: how fast broad phases are, on scenes of the thesis and on the user's own. A study
-is a table of scenes, phases and seeds that is run task by task, and continues where it was stopped."""
+"""Benchmarks and studies: the speed of broad phases on scenes of the thesis and of the user. A study is a
+table of scenes, phases and seeds that is run task by task, and continues where it was stopped."""
 
 from typing import TYPE_CHECKING
 

@@ -11,7 +11,7 @@ Choice = str | NamedPhase
 
 
 def phases_with_options(choices: Sequence[Choice] | None) -> list[tuple[str, dict[str, Any]]]:
-    """Returns (name, options) for each choice of a broad phase; None: for all that are registered."""
+    """Returns (name, options) for each choice of a broad phase; None: for all registered ones."""
     chosen = registry().names("broad phase") if choices is None else choices
     return [(each, {}) if isinstance(each, str) else (each[0], dict(each[1])) for each in chosen]
 
@@ -25,18 +25,18 @@ def prepared(scene: Any, phase: NamedPhase, start: Callable[[Any], Any] = Simula
 
 @dataclass(frozen=True)
 class PhasesMeasured:
-    """Rows of one phase on one ``scene`` each, with the ``fingerprint`` of its contacts, and conditions."""
+    """Rows, each of one phase on one ``scene`` with the ``fingerprint`` of its contacts, and conditions."""
 
     rows: tuple[Any, ...]
     conditions: Mapping[str, Any]
 
     @property
     def identical(self) -> bool:
-        """Whether on each scene all phases that ran gave the same contacts."""
+        """True if on each scene all phases that ran gave the same contacts."""
         ran = {(row.scene, row.fingerprint) for row in self.rows if row.fingerprint is not None}
         return len(ran) == len({scene for scene, _ in ran})
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns everything in plain types, fit for JSON."""
+        """Returns all fields in plain types, fit for JSON."""
         rows = [vars(row) for row in self.rows]
         return {"conditions": dict(self.conditions), "rows": rows, "identical": self.identical}

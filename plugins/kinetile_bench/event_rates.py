@@ -1,6 +1,6 @@
 """Speed of the broad phases: events a CPU second on the thesis's twelve scenes, or on larger ones. Each phase
-gets, on each scene, runs of about the same CPU time, always from the scene's start, compilation and set-up
-apart. The repeats of the phases take turns, forwards and backwards (A B B A)."""
+gets, on each scene, runs of about the same CPU time, always from the scene's start, without compilation and
+set-up. The repeats of the phases take turns, forwards and backwards (A B B A)."""
 
 import math
 import os
@@ -18,7 +18,7 @@ from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_
 BODIES = (25, 100, 400)
 DENSITIES = (0.5, 0.25, 0.125, 0.01)
 COUNTED = 50
-"""Contacts a disc over which the counts are taken."""
+"""Contacts a disc in the run that gives the counts."""
 
 SHORTEST = 0.05
 """CPU seconds: a shorter run says little about a rate."""
@@ -26,15 +26,15 @@ SHORTEST = 0.05
 
 @dataclass(frozen=True)
 class EventsRow:
-    """One phase on one scene; without numbers where it is ``refused``.
+    """One phase on one scene; without numbers if it is ``refused``.
 
     Attributes:
         events_per_cpu_second, contacts_per_cpu_second, cpu_seconds_per_time: medians over the repeats.
-        best, of_fastest: contacts a CPU second of the fastest repeat; and the median over that of the phase
-            that had the most on this scene.
-        asked_per_contact, computed_per_contact: candidate checks, and exact solves, as the counts have them.
-        exponent: with which the CPU time for a unit of simulated time has grown with the number of discs.
-        contacts, cpu_seconds: how many a timed run has; of each repeat.
+        best, of_fastest: contacts a CPU second of the fastest repeat; and the ratio of the median to the best
+            phase's on this scene.
+        asked_per_contact, computed_per_contact: candidate checks, and exact solves, as in the counts.
+        exponent: the exponent of the growth of CPU time a unit of simulated time with the number of discs.
+        contacts, cpu_seconds: the number of contacts of a timed run; the CPU time of each repeat.
         counts: readings after COUNTED contacts a disc, the same on every machine.
     """
 
@@ -62,17 +62,17 @@ class EventsRow:
 
     @property
     def fingerprint(self) -> str | None:
-        """The digest of the contacts that are counted."""
+        """The digest of the counted contacts."""
         return None if self.counts is None else str(self.counts["fingerprint"])
 
 
 class EventsBench(PhasesMeasured):
     """The result: an ``EventsRow`` for each phase on each scene. ``conditions["load"]`` is the machine's mean
-    load of a minute, at the start and after each scene; None where a system has none."""
+    load of a minute, at the start and after each scene; None if a system has no such value."""
 
 
 def square_at_least(n: int) -> int:
-    """Returns the smallest square number that is at least ``n``: what the recipe ``grid`` can make."""
+    """Returns the smallest square number that is at least ``n``: a size of the recipe ``grid``."""
     return (math.isqrt(max(n, 1) - 1) + 1) ** 2
 
 
@@ -87,10 +87,10 @@ def bench_events(
     start: Callable[[Any], Any] = Simulation.compile,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[EventsBench]:
-    """Measures broad phases (None: all registered) on scenes of the recipe ``grid``; yields what there is
-    after each. ``bodies`` are raised to square numbers. ``seconds`` is the CPU time of one run, about.
-    ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs done and their
-    total. Raises what ``Simulation`` and ``make_scene`` raise, but for Refused, which is a row."""
+    """Measures broad phases (None: all registered) on scenes of the recipe ``grid``; yields the result so far
+    after each scene. ``bodies`` are raised to square numbers. ``seconds`` is the approximate CPU time of one
+    run. Calls ``start`` with a simulation before a phase first runs, ``progress`` with the finished runs and
+    their total. Raises the errors of ``Simulation`` and ``make_scene``, but Refused becomes a row."""
     chosen = phases_with_options(phases)
     sizes = sorted(set(map(square_at_least, bodies)))
     plan = [(density, n) for density in densities for n in sizes]

@@ -1,10 +1,10 @@
 """Benchmarks of a user's scene: every broad phase on it (``bench_scene``), and a choice (``choose``).
 
 The measured value is the CPU time of the whole run from the scene's start to its end: the loop, the work
-between its chunks, and tables that grow at an insertion; compiling and the structure at the start are
-outside. ``choose`` first runs each phase for a few hundred contacts, and the faster ones for some thousands.
-The fastest is recommended, with those that differ from it by less than 5 %. After one repeat none is, unless
-it is the only one, nor where contacts differ.
+between its chunks, and the growth of tables at an insertion, without compilation and the first structure.
+``choose`` first runs each phase for a few hundred contacts, and the faster ones for some thousands. It
+recommends the fastest, with the phases that differ from it by less than 5 %. It recommends no phase after one
+repeat, unless it is the only one, and no phase if contacts differ.
 """
 
 import statistics
@@ -32,10 +32,10 @@ class SceneRow:
     """One phase on the scene.
 
     Attributes:
-        ended_by: the error that ended its run, or that refused the scene; None: it came to its end.
-        cpu_seconds: of the run, median of the repeats; None where the phase refused the scene.
+        ended_by: the error that ended its run, or that refused the scene; None: it reached its end.
+        cpu_seconds: of the run, median of the repeats; None if the phase refused the scene.
         slowest, fastest: of the repeats.
-        contacts_per_cpu_second, of_fastest: contacts over the median, and that over the fastest phase's.
+        contacts_per_cpu_second, of_fastest: contacts over the median, and its ratio to the fastest phase's.
         asked_per_contact, computed_per_contact: candidate checks, and exact contact times, for each contact.
         structure_bytes: the phase's state and its pair set at the end.
     """
@@ -57,7 +57,7 @@ class SceneRow:
 
     @property
     def scene(self) -> None:
-        """The scene, which all rows have."""
+        """The scene: one for all rows."""
 
     @property
     def rate(self) -> float:
@@ -85,9 +85,9 @@ def bench_scene(
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBench:
     """Measures broad phases (None: all registered) on a scene, up to a time or a number of contacts, as in
-    ``Simulation.run``. One of this many ``repeats`` is the median of runs that take ``seconds`` of CPU time
-    together. ``start`` is called with a simulation before a phase first runs, ``progress`` with the runs done
-    and their total. Raises what ``Simulation`` raises, but for Refused, which is a row."""
+    ``Simulation.run``. Each of the ``repeats`` is the median of runs that take ``seconds`` of CPU time
+    together. Calls ``start`` with a simulation before a phase first runs, ``progress`` with the finished runs
+    and their total. Raises the errors of ``Simulation``, but Refused becomes a row."""
     chosen = phases_with_options(phases)
     runs: list[list[tuple[float, Any]]] = [[] for _ in chosen]
     ended: list[str | None] = [None for _ in chosen]
@@ -96,7 +96,7 @@ def bench_scene(
         for k, (name, options) in enumerate(chosen):
             try:
                 spent: list[float] = []
-                refuses = ended[k] is not None and not runs[k]  # then it does not run again
+                refuses = ended[k] is not None and not runs[k]  # such a phase does not run again
                 while not refuses and (not spent or (sum(spent) < seconds and len(spent) < MOST_RUNS)):
                     sim = Simulation(scene, name, options=options, **how)
                     if start is not None and repeat == 0 and not spent:
@@ -168,10 +168,10 @@ HOPELESS = 0.25
 """The share of the fastest rate below which a phase is not measured further."""
 
 CONTACTS = 4000
-"""Contacts of a measured run, at least: more, where they take less than SECONDS."""
+"""The least number of contacts of a measured run: more, if they take less than SECONDS."""
 
 SECONDS, REPEATS, MOST = 0.1, 5, 50_000
-"""CPU seconds of a measured run of the fastest, about; how often each is run; contacts of a run, at most."""
+"""Approximate CPU seconds of a measured run of the fastest; runs of each; the most contacts of a run."""
 
 CLOSE = 0.05
 """The relative difference below which two rates count as the same."""
@@ -179,15 +179,15 @@ CLOSE = 0.05
 
 @dataclass(frozen=True)
 class Candidate(SceneRow):
-    """One broad phase on the scene, as measured; by the pilot alone where it is ``hopeless``: too slow."""
+    """One measured broad phase on the scene; only by the pilot if it is ``hopeless``: too slow."""
 
     hopeless: bool = False
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """The recommendation: the broad phase to take, as ``NAME:KEY=VALUE``, or None where none can do the scene
-    or it is not known which; the candidates, fastest first; and whether all gave the same contacts."""
+    """The recommendation: the broad phase to take, as ``NAME:KEY=VALUE``, or None if no phase can do the
+    scene or the right one is unknown; the candidates, fastest first; True if all gave the same contacts."""
 
     phase: str | None
     reason: str
@@ -201,7 +201,7 @@ class Chosen:
         return self.candidates
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns everything in plain types, fit for JSON."""
+        """Returns all fields in plain types, fit for JSON."""
         return vars(self) | {"candidates": [vars(each) for each in self.candidates]}
 
 
@@ -216,8 +216,8 @@ def choose(
     progress: Callable[[int, int], None] | None = None,
 ) -> Chosen:
     """Tries broad phases (None: all registered) on a scene, and recommends one. No run goes beyond ``until``;
-    None: the scene's own end, or, without that and walls, when the fastest body could have crossed it twice.
-    ``seconds`` is the CPU time of a measured run of the fastest, about; the rest is as in ``bench_scene``."""
+    None: the scene's own end, or, without an end and walls, the time of two crossings by the fastest body.
+    ``seconds``: the CPU time of a measured run of the fastest, about; the rest is as in ``bench_scene``."""
     choices = {write_phase(*choice): choice for choice in phases_with_options(phases)}
     until = _end_of(scene) if until is None else until
     pilot = bench_scene(scene, [*choices.values()], until, max_contacts=PILOT, repeats=1, start=start)

@@ -64,7 +64,7 @@ RAISED: list[BaseException] = [
 
 
 class Foreign(Exception):
-    """What a plugin may raise: it can be pickled, and not be made again from that."""
+    """Errors that a plugin may raise: they can be pickled, and not be made again from that."""
 
     def __init__(self, one: int, two: int) -> None:
         super().__init__(f"{one} and {two}")

@@ -25,7 +25,7 @@ def without(module, call):
 
 
 def without_hint(call):
-    """Call, and mark the end of what is said."""
+    """Calls, and marks the end of the message."""
     try:
         call()
     except (AttributeError, kt.errors.BadOption) as error:

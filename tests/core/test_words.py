@@ -1,4 +1,4 @@
-"""Words of other programs, in the place of a key or an argument: each is answered with what is written here,
+"""Words of other programs, in the place of a key or an argument: each gets the words written here,
 or with the reason why it is not modelled."""
 
 import pytest

@@ -41,12 +41,12 @@ SMALL = ["same-contacts", "same-contacts-with-turns", "same-contacts-on-a-torus"
 
 
 def line_of(scene):
-    """Return the line of a scene, whose answer is not judged."""
+    """Returns the line of a scene, whose answer is not judged."""
     return Contacts().exchange(scene, kt.Simulation(kt.Scene([[0, 0]], [[0, 0]], 1)).contacts)
 
 
 def compiled(folder: Path, *macros: str, source: str = "engine-in-c/engine.c", language: str = "c") -> str:
-    """Compile an engine in C or C++; return the command."""
+    """Compiles an engine in C or C++; returns the command."""
     made = folder / "engine"
     how = ("-O0", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", *macros, "-x", language)
     compiler = program({"c": "cc", "c++": "c++"}[language])
@@ -55,7 +55,7 @@ def compiled(folder: Path, *macros: str, source: str = "engine-in-c/engine.c", l
 
 
 def in_python(folder: Path, text: str) -> str:
-    """Write an engine in Python; return the command. ``answer(line)`` is what it says to a line."""
+    """Writes an engine in Python; returns the command. ``answer(line)`` is what it says to a line."""
     loop = "import os, sys, time\nfor line in sys.stdin:\n    print({}, flush=True)\n"
     file = folder / "engine.py"
     file.write_text(loop.format(text), encoding="utf-8")

@@ -1,17 +1,16 @@
-"""Mutants: phases with one thing wrong each, to see whether the conformance kit notices.
+"""Mutants: phases with one fault each, to test whether the conformance kit finds it.
 
-Two tables have the texts of phases, and the texts in their place: ``mutants.toml`` those against which the
-kit was made, each with the check that kills it, and ``families.toml`` those that were written from the
+Two tables have the texts of phases, and their replacements: ``mutants.toml`` the mutants against which the
+kit was made, each with the check that kills it, and ``families.toml`` the mutants that were written from the
 contract alone, in families, before there were checks for them. Their bases are the built-in phases,
-responses, and ``margins.py`` of this folder, a phase as authors write it. Some rows are spared: variations
-that are right, which no check may condemn. Two are wrong and unseen with the default budget. A mutant is
-loaded as a package of its own, a copy of ``kinetile_plugins`` with the changes, and registered under its own
-name.
+responses, and ``margins.py`` of this folder, a phase as authors write it. Some rows are spared: right
+variations, which no check may condemn. Two are wrong and unseen with the default budget. A mutant is loaded
+as its own package, a copy of ``kinetile_plugins`` with the changes, and registered under its own name.
 
-Run as a program (``--help``), it judges them as ``kinetile conform`` would with the default budget, and
-writes what it found into ``faults.json`` of the kit, from which ``--table`` prints the two tables of
-``README.md`` beside this file. With ``NUMBA_DISABLE_JIT=1`` nothing has to be compiled: those that die on
-small scenes do so within seconds, and the others take ten minutes.
+Run as a program (``--help``), it judges them like ``kinetile conform`` with the default budget, and writes
+the results into ``faults.json`` of the kit, from which ``--table`` prints the two tables of ``README.md``
+beside this file. With ``NUMBA_DISABLE_JIT=1`` nothing has to be compiled: mutants that die on small scenes
+do so within seconds, and the others take ten minutes.
 """
 
 import argparse
@@ -37,7 +36,7 @@ HERE = Path(__file__).parent
 
 TABLES = HERE / "mutants.toml", HERE / "families.toml"
 FOUND = Path(str(kinetile_conformance.__file__)).with_name("faults.json")
-"""What the kit finds, as the runner has last measured it; shipped with the kit."""
+"""The faults that the kit finds, by the runner's last measurement; shipped with the kit."""
 
 PLUGINS = Path(str(kinetile_plugins.__file__)).parent
 FILES = {path.relative_to(PLUGINS).as_posix(): path for path in PLUGINS.rglob("*.py")}
@@ -46,7 +45,7 @@ FILES["margins.py"] = HERE / "margins.py"
 
 
 def outcomes() -> dict[str, Any]:
-    """Return what the runner has written: ``faults``, each with its family and the check that killed it, or
+    """Returns the results of the runner: ``faults``, each with its family and the check that killed it, or
     None, and ``variations``, each with the check that condemned it, or None."""
     if not FOUND.is_file():
         return {"kit": "", "faults": {}, "variations": {}}
@@ -63,7 +62,7 @@ FAMILY = "built-in phases"
 Spec: TypeAlias = kt.BroadPhaseSpec | kt.NarrowPhaseSpec | kt.ResponseSpec
 
 KINDS = {"disc": "narrow phase", "convex": "narrow phase", "wall": "narrow phase", "restitution": "response"}
-"""The kinds of bases that are no broad phases."""
+"""The kinds of bases that are not broad phases."""
 
 UNDER = "cells"
 """The broad phase under which mutants of other kinds are judged."""
@@ -89,11 +88,11 @@ class Mutant:
 
     Attributes:
         base: the phase from which it is made.
-        family: what it is wrong with; "variations" where it is right.
+        family: its kind of fault; "variations" if it is right.
         name: the name under which it is registered.
-        changes: what is changed.
-        killed_by: the check that fails, by its row or by the runner's last run; "" where none does.
-        right: whether it is right, so that no check may fail.
+        changes: its changes.
+        killed_by: the check that fails, by its row or by the runner's last run; "" without one.
+        right: True if it is right, so that no check may fail.
         features: the features that it declares.
     """
 
@@ -107,7 +106,7 @@ class Mutant:
 
     @classmethod
     def of(cls, base: str, name: str, row: dict[str, Any]) -> "Mutant":
-        """Return the mutant of a row of the table."""
+        """Returns the mutant of a row of the table."""
         files = {key: value for key, value in row.items() if key not in HEAD}
         changes = [Change(file, old, new) for file, texts in files.items() for old, new in texts]
         right = "spared" in row
@@ -123,11 +122,11 @@ class Mutant:
 
     @property
     def kind(self) -> str:
-        """What its base is: a broad phase, a narrow phase or a response."""
+        """The kind of its base: a broad phase, a narrow phase or a response."""
         return KINDS.get(self.base, "broad phase")
 
     def sources(self) -> Iterator[tuple[str, str]]:
-        """Yield the files of its package, each with its text."""
+        """Yields the files of its package, each with its text."""
         if unknown := {each.file for each in self.changes} - FILES.keys():
             raise LookupError(f"{self.name} changes files that do not exist: {', '.join(sorted(unknown))}")
         for file, path in FILES.items():
@@ -137,7 +136,7 @@ class Mutant:
             yield file, text
 
     def spec(self, folder: Path) -> Spec:
-        """Write its package into a folder from which it can be imported; return its spec."""
+        """Writes its package into a folder, for imports; returns its spec."""
         package = f"mutant_{self.name.replace('-', '_')}"
         for file, text in self.sources():
             there = folder / package / file
@@ -181,7 +180,7 @@ class _Found(Exception):
 
 
 def run_checks(name: str, folder: Path, on_result: Callable[[Result], None], **options: Any) -> None:
-    """Judge a mutant with these options of the kit: it itself, or ``UNDER`` with it."""
+    """Judges a mutant, or ``UNDER`` with it, with these options of the kit."""
     with loaded(name, folder) as mutant:
         if mutant.kind == "broad phase":
             check_broad_phase(name, on_result=on_result, **options)
@@ -193,10 +192,10 @@ def run_checks(name: str, folder: Path, on_result: Callable[[Result], None], **o
 
 
 def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **options: Any) -> Result | None:
-    """Judge a mutant with the default budget, by the check that kills it or by others.
+    """Judges a mutant with the default budget, by the check that kills it or by others.
 
-    Returns the first result that is not ok, of those that came to an end if there is one; None where there is
-    none. One that is to be spared is judged by all checks.
+    Returns the first result that is not ok, a finished one if possible; None without one. A mutant that is
+    to be spared is judged by all checks.
     """
     unjudged: list[Result] = []
 
@@ -217,14 +216,14 @@ def judge(name: str, folder: Path, checks: Sequence[str] | None = None, **option
 
 
 def as_expected(name: str, found: Result | None) -> bool:
-    """Whether a mutant is killed by its check, or spared where it has none."""
+    """Returns True if a mutant is killed by its check, or spared without a check."""
     if found is None or found.status == "not judged":
         return found is None and not ALL[name].killed_by
     return found.check == ALL[name].killed_by
 
 
 def note(name: str, check: str | None, by_all: bool) -> None:
-    """Write the outcome of a mutant down, and of a variation whether all checks have judged it."""
+    """Records the outcome of a mutant, and for a variation, whether all checks have judged it."""
     found = outcomes()
     if ALL[name].right:
         found["variations"][name] = {"condemned_by": check, "by_all_checks": by_all}
@@ -239,7 +238,7 @@ def note(name: str, check: str | None, by_all: bool) -> None:
 
 
 def table() -> str:
-    """Return the page of the two tables."""
+    """Returns the page of the two tables."""
     found, counts = outcomes(), judging.faults()
     written = [counts[family] for family in counts if family != FAMILY]
     rows = [(family, *counts[family]) for family in sorted(counts)]
@@ -289,7 +288,7 @@ def _shown(check: str | None, none: str) -> str:
 
 
 def main(*words: str) -> int:
-    """Judge mutants and print a line for each; return the exit code, 1 where one is not as expected."""
+    """Judges mutants and prints a line for each; returns the exit code, 1 if one is not as expected."""
     parser = argparse.ArgumentParser(prog="python tests/mutants", description="judge mutants by the kit")
     parser.add_argument("words", nargs="*", help="those whose names contain one of these; all")
     parser.add_argument("--family", action="append", help="those of this family; may be repeated")
@@ -332,7 +331,7 @@ def main(*words: str) -> int:
 def _line(
     name: str, folder: Path, checks: Sequence[str] | None, options: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
-    """Judge a mutant, and print its line; return its outcome, and whether it is as expected."""
+    """Judges a mutant, and prints its line; returns its outcome, and True if it is as expected."""
     began = time.perf_counter()
     found = judge(name, folder, checks, shrink=False, explains=False, **options)
     fine = as_expected(name, found)

@@ -1,9 +1,9 @@
 """Margins: a broad phase as authors of game engines write it, for mutants that no built-in phase would suit.
 
-Each body has an upright box that is wider than the body, and wider still in the direction in which it flies.
-Two bodies are near each other if their boxes overlap. The certificate of a body says that it is within its
-box; when it fails, the body gets a box around its present place, and those whose boxes overlap that are the
-newcomers. That is a tree of wide boxes without the tree: ``near`` compares with all.
+Each body has an upright box that is wider than the body, and wider still in its direction of flight. Two
+bodies are near each other if their boxes overlap. The certificate of a body is that it is within its box.
+When it fails, the body gets a box around its present place, and the bodies whose boxes overlap this one are
+the newcomers. This is a tree of wide boxes without the tree: ``near`` compares with all.
 
 On a periodic axis a box stays in the frame that its body had then: ``turns`` are the periods that had been
 taken off the body's place. Two boxes overlap if a whole number of periods brings one over the other.
@@ -42,7 +42,7 @@ SPACING = 16.0
 """or a part of the mean distance between bodies, if that is more."""
 
 AHEAD = 2.0
-"""How many margins a box is longer in the direction of flight."""
+"""The extra length of a box in the direction of flight, in margins."""
 
 
 class State(NamedTuple):
@@ -59,7 +59,7 @@ def arrange(k: Kernel, s: State) -> None:
 
 
 def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
-    """Returns the hooks by their names; ``periodic``: an axis of the scene is."""
+    """Returns the hooks by their names; ``periodic``: an axis of the scene is periodic."""
 
     @hook
     def period_of(k: Kernel, axis: int) -> float:
@@ -75,7 +75,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def fatten(k: Kernel, s: State, body: int) -> None:
-        """Give a body a box around its present place."""
+        """Gives a body a box around its present place."""
         b = k.bodies[body]
         skin = k.clock[0].limits.skin
         since = since_anchor(k, b, k.clock[0].now)
@@ -91,7 +91,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def watch(k: Kernel, s: State, body: int) -> None:
-        """Schedule when a body leaves its box."""
+        """Schedules the exit of a body from its box."""
         b = k.bodies[body]
         skin = k.clock[0].limits.skin
         tick = NEVER
@@ -106,7 +106,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def overlap(k: Kernel, s: State, one: int, other: int) -> bool:
-        """Return whether the boxes of two bodies overlap."""
+        """Returns True if the boxes of two bodies overlap."""
         for axis in range(2):
             period = period_of(k, axis)
             most = s.box[one, 2 * axis + 1] - s.box[other, 2 * axis]
@@ -120,7 +120,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def near(k: Kernel, s: State, body: int) -> int:
-        """Name the bodies whose boxes overlap that of a body."""
+        """Names the bodies whose boxes overlap a body's box."""
         count = 0
         for other in range(k.clock[0].bodies):
             if is_there(k, other) and overlap(k, s, body, other):
@@ -130,7 +130,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def build(k: Kernel, s: State) -> None:
-        """Give every body a box."""
+        """Gives every body a box."""
         for body in range(k.clock[0].bodies):
             if is_there(k, body):
                 fatten(k, s, body)
@@ -138,7 +138,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def repair(k: Kernel, s: State, body: int) -> int:
-        """A body leaves its box: it gets another one, and those around it are newcomers."""
+        """A body leaves its box: it gets another one, and the bodies around it are newcomers."""
         fatten(k, s, body)
         watch(k, s, body)
         return near(k, s, body)
@@ -156,7 +156,7 @@ def hooks(periodic: bool) -> dict[str, Callable[..., Any]]:
 
     @hook
     def leave(k: Kernel, s: State, body: int) -> None:
-        """A body is removed: nobody compares with its box from now on."""
+        """A body is removed: no comparison uses its box from now on."""
 
     return {each.__name__: each for each in (near, build, repair, replan, enter, leave)}
 
@@ -165,7 +165,7 @@ HOOKS = {periodic: hooks(periodic) for periodic in (False, True)}
 
 
 def audit(k: Kernel, s: State) -> Iterator[str]:
-    """Yields what does not hold: each body is within its box, or about to leave it."""
+    """Yields violations: each body must be within its box, or about to leave it."""
     there = np.flatnonzero(k.queue.number >= 0)
     reach, place = reaches_of(k)[there], positions_now(k)[there]
     if len(k.images):
@@ -191,7 +191,7 @@ class Margins:
     """Boxes with a margin."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:
-        """Returns the parts; any scene will do."""
+        """Returns the parts, for any scene."""
         n = scene.capacity
         width, height = scene.arena or (0.0, 0.0)
         spacing = math.sqrt(width * height / max(n, 1)) / SPACING

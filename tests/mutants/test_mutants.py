@@ -1,4 +1,4 @@
-"""The conformance kit kills every mutant by the check that the table names, and spares what is right.
+"""The conformance kit kills every mutant by the check that the table names, and spares right variations.
 
 All of them take hours; the default lane judges two, the second lane one in ten (``pytest -m slow``).
 """
@@ -24,7 +24,7 @@ LARGE = ("does-not-see-who-asks", "skin-limit-holds-at-its-edge")
 
 
 def on_few(check):
-    """Whether a check looks at small scenes, or at scenes of its own."""
+    """Returns True if a check uses small scenes, or its own scenes."""
     strategy = check_named(check).strategy
     return strategy is None or strategy.name.startswith("small scenes")
 
@@ -34,7 +34,7 @@ SMALL = [
     for name, each in mutants.ALL.items()
     if each.killed_by and each.killed_by not in LARGE and on_few(each.killed_by)
 ]
-"""Mutants that die on small scenes, so with plain hooks; for the others these take ten minutes."""
+"""Mutants that die on small scenes, so with plain hooks; the others take ten minutes with them."""
 
 REST = [
     *(
@@ -65,7 +65,7 @@ FIELD = re.compile(r"\bk\.(\w+)\[[^][]*\]\.(\w+)")
 
 
 def test_faults_read_fields_that_there_are() -> None:
-    """One read the stamps where they had been: it did not compile, so no check judged it."""
+    """One read the stamps at their old place: it did not compile, so no check judged it."""
     tables = allocate(2, 2, 2, shaped=True)
     for mutant in mutants.ALL.values():
         for table, field in FIELD.findall(" ".join(change.new for change in mutant.changes)):

@@ -55,7 +55,7 @@ def one_list(game: kt.Scene, phases: tuple[str, ...], most: int = MOST) -> None:
 
 
 def meetings(count: int, places: list[tuple[float, float]], velocities: list[tuple[float, float]], **more):
-    """Returns the times and bodies of the first contacts under naive, which are those of the rules."""
+    """Returns the times and bodies of the first contacts under naive, which are the rules' contacts."""
     mass = [1.0] if len(places) == 1 else [math.inf, 1.0]
     scene = kt.Scene(places, velocities, 0.25, mass, unit=1.0, **more)
     sim = kt.Simulation(scene, "naive")

@@ -1,4 +1,4 @@
-"""Loops of what a scene may have, compiled as users run them: their contacts are those of the rules."""
+"""Loops for all features of scenes, compiled as users run them: their contacts follow the rules."""
 
 from typing import Any
 

@@ -53,7 +53,7 @@ def test_the_answer_is_that_of_rationals(seed):
 
 
 def shifted(scene: kt.Scene, by: float) -> kt.Scene:
-    """Return the same bodies, each with its place as far from where it was as its shape is from that."""
+    """Returns the same bodies, each with its place as far from where it was as its shape is from that."""
     moved = [kt.Shape(tuple((x + by, y - by) for x, y in each.core), each.radius) for each in scene.shapes]
     place = scene.position - np.array([by, -by])
     return scene.replace(position=place, shapes=moved)
@@ -130,12 +130,12 @@ def test_of_two_sides_in_one_line_the_corner_between_them_was_awaited():
 
 
 def not_before_tick(ticks: float) -> float:
-    """Return what the loop makes of a bound (``predictions.not_before``)."""
+    """Returns the loop's result for a bound (``predictions.not_before``)."""
     return int(max(ticks - MARGIN, 0.0)) if ticks < LEFT_OUT else NEVER
 
 
 def overlaps(m: Difference, flight: Separation) -> bool:
-    """Return whether two bodies overlap at the later of their anchors."""
+    """Returns True if two bodies overlap at the later of their anchors."""
     bits = max(m.bits, flight.bits)
     m, d = m.finer(bits), tuple(x << (bits - flight.bits) for x in flight.ways[0])
     ways = [(face, less(d, face.start)) for face in m.faces]

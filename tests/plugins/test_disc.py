@@ -20,7 +20,7 @@ sizes = st.floats(1e-6, 1e6)
 
 
 def tables(places, velocities, anchors=(0, 0)):
-    """Return the tables of two discs of radius 0.5, with their plans as given."""
+    """Returns the tables of two discs of radius 0.5, with their plans as given."""
     far = [(0.0, 0.0), (8.0, 8.0), (-8.0, 8.0)]
     k = engine_of(kt.Simulation(kt.Scene(far, [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)], 0.5), "naive")).k
     for body in range(2):
@@ -101,7 +101,7 @@ def test_a_scene_with_room_for_alike_bodies_takes_another_in(phase):
 
 
 def test_columns_of_one_number_are_filled_from_a_snapshot(tmp_path):
-    """Of the same phases, of others, and in a file."""
+    """For the same phases, for others, and in a file."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=9), "naive")
     sim.run(max_contacts=5)
     there = sim.snapshot()

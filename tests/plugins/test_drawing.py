@@ -101,7 +101,7 @@ def test_the_axis_of_sap_1d_goes_through_the_arena_of_the_room(axis, gravity):
 @EXAMPLES
 @given(moments(("sap-k", "sap-1d:3:4")))
 def test_slanted_bounds_touch_their_discs(sim):
-    """Of sap-k they are the sides of a polygon around each body; alone they are pieces of tangents."""
+    """For sap-k they are the sides of a polygon around each body; alone they are pieces of tangents."""
     radius = {disc.number: disc.radius for disc in take_picture(sim).discs}
     bounds = [item for item in sim.drawing() if item.role == "bound" and isinstance(item, Polygon | Segment)]
     assert len(bounds) in (len(radius), 2 * len(radius))

@@ -25,7 +25,7 @@ def floor_of(kind: str, width: float, top: float, rng: random.Random) -> list[kt
 
 
 def drawn(seed: int, kind: str) -> kt.Scene:
-    """Return a box or a disc that slides along a floor, all its numbers in hundredths."""
+    """Returns a box or a disc that slides along a floor, all its numbers in hundredths."""
     rng = random.Random(f"{kind} {seed}")
     width, top = hundredths(rng, 5, 90), hundredths(rng, 5, 90)
     shape = kt.box(hundredths(rng, 5, 90), hundredths(rng, 5, 90))
@@ -39,7 +39,7 @@ def drawn(seed: int, kind: str) -> kt.Scene:
 
 
 def met(scene: kt.Scene, phase: str = "naive") -> str:
-    """Return what becomes of a scene in which nothing should happen: "jams", "snags", "met" or nothing."""
+    """Returns the result of a scene without any event to come: "jams", "snags", "met" or nothing."""
     sim = kt.Simulation(scene, phase)
     try:
         sim.run(until=12.0, max_contacts=50)

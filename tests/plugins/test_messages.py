@@ -31,7 +31,7 @@ def capsules(*ends, mass=1.0) -> kt.Scene:
 
 
 def observed(scene, observable) -> None:
-    """Observe a run of a scene."""
+    """Observes a run of a scene."""
     kt.Simulation(scene, "naive").run(1.0, observe=[observable])
 
 

@@ -50,7 +50,7 @@ def test_the_worst_cases_and_the_billiards(name):
 
 
 def assert_agrees(scene: kt.Scene, until: float, contacts: int) -> None:
-    """Assert one answer; jams must be found by all at the same contact."""
+    """Asserts one answer; jams must be found by all at the same contact."""
     reference = kt.Simulation(scene, "naive")
     try:
         reference.run(until=until, max_contacts=contacts)

@@ -17,7 +17,7 @@ PERIOD = 4.0
 
 
 def at_the_edge(rng: random.Random, shapes: list[kt.Shape], discs: bool) -> tuple[float, float]:
-    """Return how far apart two bodies are in some direction where they begin to pass, or do not, by a last
+    """Returns the distances of two bodies in some direction when they begin to pass, or do not, by a last
     bit."""
     turn = rng.choice((rng.uniform(0.0, 6.3), 0.5 * math.pi * rng.randrange(4)))
     x, y = math.cos(turn), math.sin(turn)

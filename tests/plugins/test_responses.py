@@ -1,4 +1,4 @@
-"""What happens at contacts: passing to the tick, losses, stops, bodies that nothing can move."""
+"""Responses at contacts: passing to the tick, losses, stops, bodies that nothing can move."""
 
 import math
 
@@ -17,7 +17,7 @@ LOSSY = kt.Response("restitution", e=0.5, contact_time=1e-6)
 
 
 def ruled(*columns, responses=None, **more) -> kt.Scene:
-    """Return a scene whose loop is that of all others here."""
+    """Returns a scene with the same loop as all others here."""
     rules = responses if isinstance(responses, dict) else {("*", "*"): responses or "elastic"}
     kinds = dict.fromkeys([*more.get("kind", [0]), *ABSENT])
     return kt.Scene(*columns, responses={**SAME_LOOP, **rules}, kinds=kinds, **more)
@@ -302,7 +302,7 @@ def test_another_response_of_the_same_family_needs_no_other_loop():
 
 @hook
 def nothing(k, a, b, nx, ny, rule):
-    """Leave the two as they are."""
+    """Leaves the two as they are."""
 
 
 @pytest.mark.parametrize("beside", [(), (nothing,), nothing, (1,)])

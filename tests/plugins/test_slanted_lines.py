@@ -1,4 +1,4 @@
-"""Bounds sorted along lines of any direction and number: contacts of naive, and what is refused."""
+"""Bounds sorted along lines of any direction and number: contacts of naive, and refusals."""
 
 import numpy as np
 import pytest

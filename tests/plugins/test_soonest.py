@@ -20,18 +20,18 @@ from kinetile_plugins.lower_bounds import LEAST
 from lanes import examples
 
 CLOSE = 2.0**-30
-"""Of the time in which the discs' extent is crossed: how far an ordinary bound may be from the contact."""
+"""A part of the time to cross the discs' extent: how far an ordinary bound may be from the contact."""
 
 
 def tables(scene: kt.Scene, ahead: int = 0) -> Kernel:
-    """Return a scene's tables, with its skin; the common clock stands ``ahead`` ticks after the start."""
+    """Returns a scene's tables, with its skin; the common clock stands ``ahead`` ticks after the start."""
     engine = engine_of(kt.Simulation(scene, "naive"))
     move_clock(engine, ahead)
     return for_both_forms(engine.k)
 
 
 def for_both_forms(k: Kernel) -> Kernel:
-    """Return tables that also the form for bodies of any radius reads: a column of radii, not one number."""
+    """Returns tables that also the form for bodies of any radius reads: a column of radii, not one number."""
     return k._replace(radii=np.array(k.radii))
 
 
@@ -56,7 +56,7 @@ def exactly(k: Kernel, a: int, b: int) -> int:
 
 
 def assert_bounds(k: Kernel, at: int) -> None:
-    """Assert that no contact after a tick comes before the bounds, for every body against all others."""
+    """Asserts that no contact after a tick comes before the bounds, for every body against all others."""
     n = len(k.bodies)
     slack = 1.0 - 2.0**-50
     for body in range(n):
@@ -193,7 +193,7 @@ def test_bodies_of_one_radius_and_mass_that_stay_so_have_hooks_without_them(diff
 
 @pytest.mark.parametrize("density", [0.5, 0.01])
 def test_ordinary_bounds_are_close_to_the_contact(density):
-    """Else every contact would be asked for twice."""
+    """Else every contact would be computed twice."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=49, density=density, seed=2), "naive")
     sim.run(max_contacts=25)
     sim.build()

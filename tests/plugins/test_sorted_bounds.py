@@ -1,4 +1,4 @@
-"""Sorted bounds, on a line and on a circle: what is broken by hand is reported, what is drawn of a circle."""
+"""Sorted bounds, on a line and on a circle: faults made by hand are reported, and a circle is drawn."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def on_a_line(phase: str) -> kt.Simulation:
 
 
 def on_a_circle(phase: str) -> kt.Simulation:
-    """Return a simulation between two events, in which two bodies overlap through several images."""
+    """Returns a simulation between two events, with two bodies that overlap through several images."""
     position = [[0.5, 0.5], [0.0, 0.05], [0.02, 0.5], [0.6, 0.97]]
     velocity = [[0.0, 0.0], [0.0, 0.1], [0.1, 0.2], [0.3, -0.1]]
     sim = kt.Simulation(box(position, velocity, [0.4, 0.2, 0.03, 0.03]), phase, audit=1)
@@ -35,7 +35,7 @@ def box(position, velocity, radius) -> kt.Scene:
 
 
 def lists(sim: kt.Simulation) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bounds on x from left to right, and the ticks and places of all, to be changed in place."""
+    """Returns the bounds on x from left to right, and the ticks and places of all, to be changed in place."""
     return engine_of(sim).state.order[1 : 1 + 2 * len(sim.scene)], engine_of(sim).state.bounds
 
 
@@ -50,7 +50,7 @@ def wrong_rank(sim):
 
 
 def wrong_order(sim):
-    """Two neighbours exchanged: their certificates are not those of the plans any more."""
+    """Two neighbours exchanged: their certificates do not fit the plans any more."""
     order, bounds = lists(sim)
     body = order // 8
     place = next(i for i in range(10, 40) if body[i] != body[i + 1])

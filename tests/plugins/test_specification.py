@@ -42,7 +42,7 @@ OF_ONE = kt.Scene([(0.5, 0.5)], [(0.0, 0.0)], 0.1, arena=(1.0, 1.0))
 
 
 def rows(name: str) -> list[Any]:
-    """Return all rows of a file of questions, whatever their family, as [family, *row]."""
+    """Returns all rows of a file of questions, whatever their family, as [family, *row]."""
     families = json.loads((VECTORS / f"{name}.json").read_text(encoding="ascii"))["families"]
     return [[family, *row] for family, questions in families.items() for row in questions]
 
@@ -70,7 +70,7 @@ meet = collide = reach_wall = to_be_filled_in
 
 
 def meet_all(k: Kernel, tick: Any, answers: Any) -> None:
-    """Ask ``meet`` for the bodies 2i and 2i + 1, and then the other way round."""
+    """Asks ``meet`` for the bodies 2i and 2i + 1, and then the other way round."""
     k = disowned(k)
     for i in range(len(tick)):
         k.clock[0].tick = tick[i]
@@ -80,7 +80,7 @@ def meet_all(k: Kernel, tick: Any, answers: Any) -> None:
 
 
 def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
-    """Ask ``reach_wall`` for every body, in an arena of its own."""
+    """Asks ``reach_wall`` for every body, in an arena of its own."""
     k = disowned(k)
     for i in range(len(tick)):
         k.clock[0].tick = tick[i]
@@ -108,7 +108,7 @@ def differing(wrong: list[str], count: int) -> str:
 
 
 def check_meetings(k: Kernel, questions: list[Any], meet: Any) -> None:
-    """Assert that ``meet`` answers each question, asked in both orders, with the tick of its row."""
+    """Asserts that ``meet`` returns the tick of its row for each question, in both orders."""
     found = np.zeros(2 * len(questions), dtype=np.int64)
     asking = compose(meet_all, {"meet": meet}, "vectors", Kernel)
     with np.errstate(all="ignore"):
@@ -210,7 +210,7 @@ def test_a_time_has_the_tick_of_the_rule() -> None:
 
 
 def assert_follows(run: dict[str, Any], phase: str, options: dict[str, Any]) -> None:
-    """Assert that a run under a phase has the answer of the vectors, and ends as it does."""
+    """Asserts that a run under a phase has the answer of the vectors, and ends as it does."""
     scene = scene_of(run["scene"])
     assert scene.time_unit == 2.0 ** -run["e"]
     if scene.settings.end is None:
@@ -265,7 +265,7 @@ def test_a_wall_is_met_up_to_a_rounding_and_a_segment_in_its_place_exactly() -> 
 
 
 def first_tick(bodies: list[Any], **more: Any) -> str:
-    """Return the tick of the first contact of bodies as ``shapes.json`` has them, in a unit of 1."""
+    """Returns the tick of the first contact of bodies as ``shapes.json`` has them, in a unit of 1."""
     states = np.array([doubles(plan[:4]) for _, _, plan in bodies])
     shapes = [
         kt.polygon([doubles(corner) for corner in core], float.fromhex(radius))
@@ -314,7 +314,7 @@ SMALL = [
     pytest.param(name, marks=pytest.mark.small) if "periodic" in run["scene"] else name
     for name, run in RUNS.items()
 ]
-"""All runs; those of periodic boxes are short, and each kind of box would be a loop to compile."""
+"""All runs; runs of periodic boxes are short, and each kind of box would be a loop to compile."""
 
 
 @pytest.mark.parametrize("name", first(5, SMALL[::4] + [each for at, each in enumerate(SMALL) if at % 4]))

@@ -22,8 +22,8 @@ def every(scene: kt.Scene, **more) -> Iterator[kt.Simulation]:
 
 
 def assert_rules(scene: kt.Scene, most: int, units: int, plans=lambda contacts: False) -> int:
-    """Assert that every phase has the contacts of the rules, and their plans at the end where ``plans`` of
-    their number; return that number. Shapes may jam."""
+    """Asserts that every phase has the contacts of the rules, and their plans at the end where ``plans`` of
+    their number; returns that number. Shapes may jam."""
     wanted, expected = by_the_rules.answer(scene, most, units << 52)
     for sim in every(scene, audit=1):
         try:
@@ -170,7 +170,7 @@ def test_a_body_written_some_periods_away_is_the_same_body():
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_long_thin_torus_cost_an_event_for_each_round_of_its_short_axis():
-    """Of up to three rows each is near all: crossing them, ten thousand times a contact, was an event."""
+    """Each of up to three rows is near all: crossing them, ten thousand times a contact, was an event."""
     n, length = 8, 1e5
     places = np.column_stack([(np.arange(n) + 0.5) * length / n, np.full(n, 0.5)])
     velocities = 3e4 * np.random.default_rng(2).normal(size=(n, 2))

@@ -1,8 +1,8 @@
-// Rules 7 to 11, 8r to 9r and 7s: what happens in a scene, event by event.
+// Rules 7 to 11, 8r to 9r and 7s: the events of a scene, one by one.
 //
-// A scene is {bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end}: bodies {x, y, vx, vy, ax, ay, r, m, shape, kind}, r being that of
-// rules 3 and 3s and m perhaps Infinity, commands and responses as commands.js and responses.js have them, `shaped` whether not all is discs, an arena [W, H] or null, the periods
-// of x and y, null for an axis that is not periodic, a gravity, a start time, and a unit, a time and an exact end, or null for each; all numbers doubles.
+// A scene is {bodies, commands, responses, shaped, arena, periods, gravity, start, unit, until, end}: bodies {x, y, vx, vy, ax, ay, r, m, shape, kind}, with r as in
+// rules 3 and 3s and m perhaps Infinity; commands and responses as in commands.js and responses.js; `shaped`, true unless all bodies are discs; an arena [W, H] or null;
+// the periods of x and y, null for an axis that is not periodic; a gravity, a start time, and a unit, a time and an exact end, or null for each. All numbers are doubles.
 
 import { anchor, largest, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
@@ -21,12 +21,12 @@ const COMMAND = 2;
 const WALL = 3;
 const PAIR = 4;
 const PART = 5;
-const LEDGE = 0; // what a body leaves, where others have a wall
+const LEDGE = 0; // in place of a wall's number: a body leaves its support
 const SPAN = 1n << 61n;
 const BEAT = 1n << 53n;
 const HARDLY_ANY = 1n << 20n; // ticks
 
-/** A scene as it goes on: `events` lets everything happen; then `ended` is "end", or "no room" or "jam" where the answer ends before. */
+/** A scene in progress: `events` runs all events; then `ended` is "end", or "no room" or "jam" if the answer ends before. */
 export class Run {
   constructor(scene) {
     const { bodies, commands, start, periods } = scene;
@@ -40,10 +40,10 @@ export class Run {
     const masses = [...bodies, ...commands.filter(({ what }) => what === "insertion")].map(({ m }) => m);
     this.alike = masses.every((m) => m === masses[0]);
     this.commands = inOrder(commands, start, this.q, bodies.length);
-    this.commanded = 0; // how many commands have happened
+    this.commanded = 0; // the number of commands so far
     this.now = 0n;
-    this.contacts = 0; // how many of the present tick
-    this.crowd = { since: 0n, contacts: 0 }; // how many contacts there were since a tick
+    this.contacts = 0; // the number of contacts in the present tick
+    this.crowd = { since: 0n, contacts: 0 }; // the number of contacts since a tick
     this.ended = null;
     this.bodies = new Map(); // by number: a body with its plan, its pairs, its wall {tick, wall} or null, and `last`, the C of rule 11
     this.pairs = new Set();
@@ -55,7 +55,7 @@ export class Run {
     return tickOf(time, this.scene.start, this.q);
   }
 
-  /** Everything that happens, up to a time or, without one, to the end of the scene: {what, tick, a, b}, at an end of a passing a > b. */
+  /** Yields all events, up to a time or, without one, to the end of the scene: {what, tick, a, b}; at an end of a passing, a > b. */
   *events(until = null) {
     const { tick, contacts } = until === null && this.scene.end ? this.scene.end : { tick: this.tickOf(until ?? this.scene.until), contacts: Infinity };
     for (const pair of [...this.pairs].sort(byNumbers)) yield* this.beginOverlaps(pair);
@@ -69,7 +69,7 @@ export class Run {
     }
   }
 
-  /** The next event: {tick, class} and what it is about; its tick is Infinity if nothing happens any more. */
+  /** The next event: {tick, class} and its subject; its tick is Infinity without a further event. */
   next() {
     let first = { tick: Infinity };
     const consider = (tick, kind, a, b, about) => {
@@ -92,7 +92,7 @@ export class Run {
     return first;
   }
 
-  /** Whether bodies meet so often in hardly any time that it may go on without end: no more can be said of that by looking on. */
+  /** True if bodies meet so often in hardly any time that it may continue without end: further events would not decide it. */
   isJammed() {
     if (this.crowd.contacts < 200 * this.bodies.size + 2000) return false;
     if (this.now - this.crowd.since < HARDLY_ANY) return true;
@@ -168,7 +168,7 @@ export class Run {
     yield this.told(what, number, null);
   }
 
-  /** Whether a body {x, y, and what a body has} with a plan has room, beside all others or all but one. */
+  /** True if a body {x, y, and a body's fields} with a plan has room, beside all others or all but one. */
   hasRoom(command, plan, but = null) {
     const { arena, periods, responses } = this.scene;
     const others = [...this.bodies.values()].filter((each) => each !== but && pairResponse(responses, each.kind, command.kind).name !== "pass");
@@ -176,7 +176,7 @@ export class Run {
     return hasRoom(command, wrap(plan, periods), there, arena, periods, this.shaped);
   }
 
-  /** A body comes, or has moved: it begins to pass what it overlaps and passes. Without room the answer ends. */
+  /** Inserts or moves a body: it begins to pass the bodies that it overlaps and may pass. Without room the answer ends. */
   *insert(what, number, command, plan) {
     if (!this.hasRoom(command, plan)) {
       this.ended = "no room";
@@ -187,7 +187,7 @@ export class Run {
     for (const pair of pairs.sort(byNumbers)) yield* this.beginOverlaps(pair);
   }
 
-  /** A body goes, after the ends of what it passes. */
+  /** Removes a body, after the ends of its passings. */
   *remove(body) {
     for (const pair of body.pairs.sort(byNumbers)) for (const passing of [...pair.passings]) yield this.end(pair, passing);
     this.bodies.delete(body.number);
@@ -198,7 +198,7 @@ export class Run {
     }
   }
 
-  /** Gives a body another kind, and says whether it may have that now (rule 11k). */
+  /** Gives a body another kind; returns true if it may have that now (rule 11k). */
   setKind(body, kind) {
     const responses = body.pairs.map(({ a, b }) => pairResponse(this.scene.responses, kind, (a === body ? b : a).kind));
     if (body.pairs.some(({ passings }, i) => passings.length > 0 && responses[i].name !== "pass")) {
@@ -212,7 +212,7 @@ export class Run {
     return true;
   }
 
-  /** Two bodies meet, and get new plans. */
+  /** Gives two bodies that meet new plans. */
   collide(pair) {
     const { a, b, response, met } = pair;
     const [untilA, untilB, held] = [a.plan, b.plan, new Map([a, b].map((body) => [body, body.held]))];
@@ -243,12 +243,12 @@ export class Run {
     return this.told("pair", a.number, b.number);
   }
 
-  /** The k of a response now, C being the tick of the last contact; null where bodies come to rest. */
+  /** The k of a response now, with C the tick of the last contact; null if bodies come to rest. */
   share(response, C) {
     return response.name === "stop" ? softened(this.now, C, this.q, this.accelerated) : returned(response, this.now, C, this.q);
   }
 
-  /** Ends what holds a body, which gets its whole acceleration, and returns its plan (rule 9h). */
+  /** Releases a body from its supports, with its whole acceleration, and returns its plan (rule 9h). */
   free(body) {
     const [ax, ay] = body.whole;
     body.held = [];
@@ -256,13 +256,13 @@ export class Run {
     return body.plan;
   }
 
-  /** Frees what a body holds, if its velocity is not that of the plan that it had (rule 9h). */
+  /** Releases all that a body holds, if its velocity differs from its former plan's (rule 9h). */
   freeFrom({ number, plan }, until = null) {
     if (until !== null && until.vx === plan.vx && until.vy === plan.vy) return;
     for (const body of this.bodies.values()) if (body.held.some((each) => each.number === number)) this.free(body);
   }
 
-  /** Lets one of some bodies settle on a support, [body, support] each, and says whether one did (rule 9r); `held` is what did so until now, by body. */
+  /** Lets one of some bodies settle on a support, [body, support] each; returns true if one did (rule 9r); `held` has the supports until now, by body. */
   settles(supports, held, { w }) {
     for (const [body, support] of supports) {
       const { plan, whole } = body;
@@ -283,7 +283,7 @@ export class Run {
     return false;
   }
 
-  /** How far two bodies are apart that meet through the image (m, n), anchored: rule 9p. */
+  /** The separation of two bodies that meet through the image (m, n), anchored: rule 9p. */
   away(planA, planB, { m, n }) {
     const { periods } = this.scene;
     const turns = [m + planB.kx - planA.kx, n + planB.ky - planA.ky];
@@ -291,7 +291,7 @@ export class Run {
     return [planB.x - planA.x + right, planB.y - planA.y + up];
   }
 
-  /** Begins the passings of two that may pass and overlap, at the start or when one of them is inserted. */
+  /** Begins the passings of two bodies that may pass and overlap, at the start or at an insertion. */
   *beginOverlaps(pair) {
     const { a, b, response, M } = pair;
     if (response.name !== "pass" || (this.shaped && a.m === Infinity && b.m === Infinity)) return; // rule 11s
@@ -338,14 +338,14 @@ export class Run {
     return anchor(plan, this.now, this.q, this.scene.periods);
   }
 
-  /** Gives a body a new plan, after which it has just met no other. */
+  /** Gives a body a new plan; then it has just met no other body. */
   write(body, { x, y, vx, vy, A, kx, ky, ax, ay }) {
     body.plan = makePlan(x, y, vx, vy, A, kx, ky, ax, ay);
     for (const pair of body.pairs) pair.justMet = null;
     this.predict(body);
   }
 
-  /** Asks rules 5, 6 and 11 about a body anew. */
+  /** Applies rules 5, 6 and 11 to a body again. */
   predict(body) {
     const { arena, periods } = this.scene;
     body.met = arena && wallTick(body.plan, body.shape.sides, arena, this.q, periods);
@@ -353,7 +353,7 @@ export class Run {
     for (const pair of body.pairs) this.predictPair(pair);
   }
 
-  /** The tick at which a body leaves the one that holds it (rule 8r), or null. */
+  /** The tick when a body leaves its support (rule 8r), or null. */
   leaving(body) {
     if (body.held.length !== 1 || body.held[0].face === null) return null;
     const [{ number, image, face }] = body.held;
@@ -385,23 +385,23 @@ export class Run {
     return tick === null ? null : { tick, ...image };
   }
 
-  /** The tick at which two bodies part that pass through an image. */
+  /** The parting tick of two bodies that pass through an image. */
   parting(pair, image) {
     return partTick(this.seen(pair, image), pair.M, image.begun);
   }
 
-  /** How b flies as seen from a, through an image. */
+  /** The flight of b relative to a, through an image. */
   seen({ a, b }, image) {
     return throughImage(a.plan, a.r, b.plan, b.r, this.q, this.scene.periods, image);
   }
 }
 
-/** The contacts of a run, as far as its events go, one after the other: {epoch, tick, a, b}, epoch and tick BigInts. */
+/** Yields the contacts of a run, as far as its events go: {epoch, tick, a, b}, epoch and tick BigInts. */
 export function* contacts(run, until = null) {
   for (const event of run.events(until)) if (isContact(event)) yield entry(event);
 }
 
-/** Whether an event stands in the answer. */
+/** True if an event is in the answer. */
 export function isContact({ what }) {
   return ["wall", "pair", "begin", "end"].includes(what);
 }

@@ -1,4 +1,4 @@
-// node check.js DIR: asks everything that the vectors in DIR ask, and says how many answers of each family are theirs.
+// node check.js DIR: answers all questions of the vectors in DIR, and prints the number of equal answers of each family.
 
 import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { basename, join } from "node:path";
@@ -12,7 +12,7 @@ import { difference, makeShape, shapeNormal } from "./shapes.js";
 import { relative, touchTick } from "./touching.js";
 import { wallTick } from "./walls.js";
 
-const SHOWN = 5; // how many wrong answers are printed
+const SHOWN = 5; // the number of wrong answers that are printed
 const RUNS = ["runs", "rules"]; // the folders of whole runs
 const ZERO = "0x0.0p+0";
 const HAPPENING = ["clock", "turn", "acceleration", "kind", "move", "wall", "pair", "insertion", "removal", "leaving", "begin", "end"];
@@ -33,7 +33,7 @@ function metWall(e, sides, { shape, plan }) {
   return found && [found.tick.toString(), found.wall];
 }
 
-/** What is answered to a row, in the form of its last field; a list of answers where it is asked in several ways. */
+/** The answers to a row, in the form of its last field; a list of answers if there are several ways. */
 const ASK = {
   contacts: (e, one, two) => ASK.accelerated_contacts(e, false, one, two),
   walls: (e, sides, body) => [metWall(e, sides, discOf(body))],
@@ -77,7 +77,7 @@ const ASK = {
   },
 };
 
-/** What a whole run answers, in the form of its fields. */
+/** The answer of a whole run, in the form of its fields. */
 function answerRun({ scene, contacts }) {
   const run = new Run(readScene(numbers(scene)));
   const happened = [...run.events()];
@@ -109,7 +109,7 @@ function numbers(value) {
   return Object.fromEntries(Object.entries(value).map(([key, each]) => [key, numbers(each)]));
 }
 
-/** Whether an answer is the one that is written. */
+/** True if an answer is the written one. */
 function same(found, wanted) {
   if (typeof found === "number" && typeof wanted === "string") return found === double(wanted);
   if (typeof wanted !== "object" || wanted === null || typeof found !== "object" || found === null) return found === wanted;
@@ -138,7 +138,7 @@ function askFile(rule, file) {
   return Object.fromEntries(families);
 }
 
-/** A question that cannot be answered is one wrong answer, and the others are still asked. */
+/** A question that cannot be answered is one wrong answer; the others are still computed. */
 function attempt(ask) {
   try {
     return ask();

@@ -1,4 +1,4 @@
-// Rules 3, 3a, 4 and 4a: ticks, and plans that are written down at them.
+// Rules 3, 3a, 4 and 4a: ticks, and plans that are anchored at them.
 
 import { add, exact, floorQuotient, multiply, nearest, nearestQuotient, square, subtract, whole } from "./exact.js";
 
@@ -39,7 +39,7 @@ export function tickOf(time, start, q) {
 }
 
 /**
- * A flight plan: doubles x, y, vx, vy and the tick A at which its body is at (x, y); how many periods were taken off (rule 4p); and its
+ * A flight plan: doubles x, y, vx, vy and the tick A when its body is at (x, y); the periods that were taken off (rule 4p); and its
  * acceleration (rule 4a).
  */
 export function makePlan(x, y, vx, vy, A, kx = 0n, ky = 0n, ax = 0, ay = 0) {
@@ -57,7 +57,7 @@ export function rem(z, P) {
   return moved(z, turns(z, P), P);
 }
 
-/** How many periods rem(z, P) takes off. */
+/** The number of periods that rem(z, P) takes off. */
 function turns(z, P) {
   return P === null ? 0n : nearestQuotient(exact(z), exact(P));
 }
@@ -66,7 +66,7 @@ function moved(z, N, P) {
   return P === null ? z : nearest(subtract(exact(z), multiply(whole(N), exact(P))));
 }
 
-/** Where the body of a plan is at tick T, exactly. */
+/** The position of a plan's body at tick T, exactly. */
 export function place(plan, T, q) {
   const { x, y, vx, vy, ax, ay } = plan.exact;
   const time = multiply(whole(T - plan.A), exact(q));
@@ -81,7 +81,7 @@ export function velocityAt(plan, T, q) {
   return [add(vx, multiply(ax, time)), add(vy, multiply(ay, time))];
 }
 
-/** How far a speed and an acceleration carry a body in n ticks: the first times n, and the second times n^2, exactly. */
+/** The flight of a body with a speed and an acceleration in n ticks: the first times n, and the second times n^2, exactly. */
 export function carried(speed, pull, q) {
   return [multiply(speed, exact(q)), multiply({ n: 1n, e: -1 }, multiply(pull, square(exact(q))))];
 }

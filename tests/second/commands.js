@@ -1,13 +1,13 @@
-// Rules 2, 2a, 11k and 11m: commands: turns, moves, other accelerations and kinds, insertions and removals, the numbers of new bodies, and the order in which all of these happen.
+// Rules 2, 2a, 11k and 11m: commands: turns, moves, other accelerations and kinds, insertions and removals, the numbers of new bodies, and the order of all commands.
 //
-// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, another kind that, a move x and y, an insertion all of these and what a body has.
+// A command is {what, body, time, at}: `at` is {tick, contacts}, or null. A turn also has vx and vy, another acceleration ax and ay, another kind that, a move x and y, an insertion all of these and a body's fields.
 
 import { tickOf } from "./clock.js";
 import { readKind } from "./responses.js";
 import { makeShape } from "./shapes.js";
 import { count, keys, mass, moment, number, pair, positive } from "./tables.js";
 
-/** The acceleration of a body: its own, or else that of gravity, or none if it is immovable. */
+/** The acceleration of a body: its own, or else gravity, or 0 if it is immovable. */
 export function acceleration({ own, m }, gravity) {
   const [ax, ay] = own ?? (m === Infinity ? [0, 0] : gravity);
   return { ax, ay };
@@ -25,7 +25,7 @@ export function bodyShape(table, shapes, m, name) {
   return shape;
 }
 
-/** The commands of these tables, after the turns that are written with their n bodies; `kind` is the kind of who is inserted without one. */
+/** The commands of these tables, after the turns in the tables of the n bodies; `kind` is the kind of bodies inserted without one. */
 export function readCommands(tables, turns, n, shapes, kind, start, gravity) {
   turns.sort((s, t) => s.time - t.time || s.body - t.body); // the sort leaves equals as they are
   const commands = [...turns, ...tables.map((table, i) => readCommand(table, shapes, kind, gravity, `commands[${i}]`))];
@@ -37,7 +37,7 @@ export function readCommands(tables, turns, n, shapes, kind, start, gravity) {
   return commands;
 }
 
-/** The commands as they happen, each with its tick and the number of contacts of the tick that it waits for; n bodies are there at the start. */
+/** The commands in their order, each with its tick and the number of contacts of the tick before it; n bodies are present at the start. */
 export function inOrder(commands, start, q, n) {
   const placed = commands.map((each) => ({ ...each, ...(each.at ?? { tick: tickOf(each.time, start, q), contacts: 0 }) }));
   const byTick = (s, t) => (s.tick === t.tick ? s.contacts - t.contacts : s.tick < t.tick ? -1 : 1);

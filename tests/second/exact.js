@@ -1,13 +1,13 @@
 // Rule 1: exact numbers.
 //
 // Every double is a whole number times a power of two, and sums, differences and products of such numbers are again such numbers. So an
-// exact number is {n, e}, worth n * 2^e, with n a BigInt and e an ordinary integer. Only quotients leave this set, and of those the
-// rules ask but a whole number near them. A vector is a pair of exact numbers.
+// exact number is {n, e}, worth n * 2^e, with n a BigInt and e an ordinary integer. Only quotients leave this set, and the rules need
+// only a whole number near them. A vector is a pair of exact numbers.
 
 const FRACTION = (1n << 52n) - 1n;
 const view = new DataView(new ArrayBuffer(8));
 
-/** The exact number that a finite double is. */
+/** A finite double as an exact number. */
 export function exact(double) {
   view.setFloat64(0, double);
   const bits = view.getBigUint64(0);
@@ -78,7 +78,7 @@ export function floorQuotient(a, b) {
   return floorDivide(at(a, e), at(b, e));
 }
 
-/** The whole number that is nearest to a / b, of two the even one, for b > 0. */
+/** The whole number nearest to a / b, the even one if there are two, for b > 0. */
 export function nearestQuotient(a, b) {
   const e = Math.min(a.e, b.e);
   const [twice, whole] = [2n * at(a, e), 2n * at(b, e)];

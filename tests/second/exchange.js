@@ -1,4 +1,4 @@
-// Rule 9: the momentum two bodies exchange, and of rule 11 infinite masses and the speed of restitution. Every operation on doubles is one of the rule's, in its order.
+// Rule 9: the momentum that two bodies exchange; from rule 11, infinite masses and the speed of restitution. All operations on doubles are the rule's, in its order.
 
 import { exact, multiply, nearest, subtract } from "./exact.js";
 
@@ -9,7 +9,7 @@ export function along(dx, dy) {
   return [dx / l, dy / l];
 }
 
-/** The speed of rule 9: with which b moves off from a along a unit normal. */
+/** The speed of rule 9: b moves off from a with it, along a unit normal. */
 export function speedAlong(a, b, [nx, ny]) {
   const ux = b.vx - a.vx;
   const uy = b.vy - a.vy;
@@ -26,7 +26,7 @@ export function speedAlong(a, b, [nx, ny]) {
 
 /**
  * The velocities [vxa, vya, vxb, vyb] of two bodies after their contact with this unit normal. `alike`: all masses of the scene are equal;
- * the speed may be another than that of rule 9.
+ * the speed may differ from rule 9's.
  */
 export function exchange(a, b, ma, mb, alike, [nx, ny], speed = speedAlong(a, b, [nx, ny])) {
   const ga = alike ? speed : share(ma, mb, speed);

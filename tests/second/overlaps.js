@@ -1,11 +1,11 @@
-// Rules 9, 9s, 11 and 11p: who overlaps at the start or when a body is inserted. All of it is in doubles, from plans that are anchored there.
+// Rules 9, 9s, 11 and 11p: overlaps at the start or at an insertion. All of it is in doubles, from plans that are anchored there.
 
 import { rem } from "./clock.js";
 import { difference, shapeGap } from "./shapes.js";
 
 const SLACK = 1e-12;
 
-/** Whether there is room for a body, with this plan among others, {r, m, shape, plan} each, with which it does not pass: rules 9 and 9s. Walls are those of its place as it is written. */
+/** True if a body with this plan has room among others, {r, m, shape, plan} each, that it does not pass: rules 9 and 9s. Walls apply to its place as it is written. */
 export function hasRoom({ r, m, shape, x: right, y: up }, plan, others, arena, periods, shaped) {
   const { x, y } = plan;
   const ends = arena ? [right, arena[0] - right, up, arena[1] - up] : [];
@@ -20,12 +20,12 @@ export function hasRoom({ r, m, shape, x: right, y: up }, plan, others, arena, p
 }
 
 /**
- * The images {m, n} through which two bodies a < b, {r, plan} each, overlap, at the start or at an insertion. `isIn` says that of
- * bodies with shapes that are [dx, dy] apart; false for discs.
+ * The images {m, n} through which two bodies a < b, {r, plan} each, overlap, at the start or at an insertion. `isIn` tests bodies
+ * with shapes and the difference [dx, dy]; false for discs.
  */
 export function overlaps(a, b, periods, isIn) {
   const reach = (a.r + b.r) * (1 - SLACK);
-  // No period is as short as the reach, and wrapped places are within half of one: more than one period away nothing overlaps.
+  // No period is as short as the reach, and wrapped places are within half of one: more than one period away there is no overlap.
   const [rights, ups] = periods.map((period) => (period === null ? [0] : [-1, 0, 1]));
   const [kx, ky] = [b.plan.kx - a.plan.kx, b.plan.ky - a.plan.ky];
   const found = [];

@@ -1,4 +1,4 @@
-// node pipe.js: a line of JSON with a scene in, a line with its contacts out, as `kinetile conform --command "node pipe.js"` asks for.
+// node pipe.js: a line of JSON with a scene in, a line with its contacts out, for `kinetile conform --command "node pipe.js"`.
 
 import { createInterface } from "node:readline";
 

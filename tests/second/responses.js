@@ -1,4 +1,4 @@
-// Rules 11 and 9r: which response counts for two kinds, or for a kind and the walls, and what restitution and stop do to velocities.
+// Rules 11 and 9r: the response for two kinds, or for a kind and the walls, and the velocities after restitution and stop.
 
 import { nearest, whole } from "./exact.js";
 import { keys, list, number } from "./tables.js";
@@ -12,7 +12,7 @@ export function readKind(kind, name) {
   return kind;
 }
 
-/** The rules of these tables: each {between, name}, those of restitution with e, t, its contact time, and w, 0 if there is none. One without `between` is for all bodies and walls, but pass for bodies. */
+/** The rules of these tables: each {between, name}, and for restitution e, t, its contact time, and w, 0 by default. A rule without `between` is for all bodies and walls, but pass only for bodies. */
 export function readResponses(tables) {
   return tables.flatMap((table, i) => {
     const at = `responses[${i}]`;
@@ -33,7 +33,7 @@ export function readResponses(tables) {
   });
 }
 
-/** The lowest kind that these rules name: whole numbers are before names, and those in the order of their code points. */
+/** The lowest kind that these rules name: whole numbers are before names, and names in the order of their code points. */
 export function lowestKind(rules) {
   const named = rules.flatMap(({ between }) => between).filter((kind) => kind !== "*" && kind !== "wall");
   const key = (kind) => (typeof kind === "number" ? [0, kind] : [1, ...Array.from(kind, (each) => each.codePointAt(0))]);
@@ -55,12 +55,12 @@ function said(rules, one, two) {
   return rules.find(({ between: [k, l] }) => (k === one && l === two) || (k === two && l === one));
 }
 
-/** The k of a response at tick T, C being the tick of the last contact: the share of the closing speed that comes back. */
+/** The k of a response at tick T, with C the tick of the last contact: the share of the closing speed that comes back. */
 export function returned({ name, e, t }, T, C, q) {
   return name !== "restitution" || nearest(whole(T - C)) * q <= t ? 1 : e;
 }
 
-/** The same of a response that stops, or null if that brings bodies to rest; `accelerated`: with accelerations (rule 11h). */
+/** The same for a response that stops, or null if it brings bodies to rest; `accelerated`: with accelerations (rule 11h). */
 export function softened(T, C, q, accelerated) {
   return accelerated && nearest(whole(T - C)) * q <= 2 ** 37 * q ? 0 : null;
 }

@@ -1,17 +1,17 @@
-// Rules 9r and 9h: rest. What holds a body is {number, m, image, face}: a body or a wall, the unit normal from it to the body, and of a body the image and the face at which they met.
+// Rules 9r and 9h: rest. A support of a body is {number, m, image, face}: a body or a wall, the unit normal from it to the body, and for a body the image and the face of the contact.
 
 import { speedAlong } from "./exchange.js";
 import { OUTWARD } from "./responses.js";
 
 const part = ([x, y], [mx, my]) => x * mx + y * my;
 
-/** What is left of a vector without its part along a unit normal. */
+/** A vector less its part along a unit normal. */
 function across([x, y], [mx, my]) {
   const s = part([x, y], [mx, my]);
   return [x - s * mx, y - s * my];
 }
 
-/** What could hold a body at a wall, or one of two bodies that meet with this normal: [body, support] each. */
+/** The possible supports of a body at a wall, or of one of two bodies that meet with this normal: [body, support] each. */
 export function wallSupport(body, number) {
   return [[body, { number, m: OUTWARD[number].map((each) => -each), image: null, face: null }]];
 }
@@ -23,7 +23,7 @@ export function pairSupports(a, b, { normal, face }, image) {
   return both.filter(([body, , f]) => face !== null && isFixed(f) && body.m < Infinity);
 }
 
-/** Whether two meet so slowly that rule 9r has something else for them than a restitution. */
+/** True if two bodies meet so slowly that rule 9r replaces a restitution. */
 export function isSlow({ w = 0 }, speed) {
   return w > 0 && !(speed < -w);
 }
@@ -32,7 +32,7 @@ export function wallSpeed({ vx, vy }, wall) {
   return -part([vx, vy], OUTWARD[wall]);
 }
 
-/** The velocity and the present acceleration {vx, vy, ax, ay} that a support gives a body, or null if it is not one on which it may settle. */
+/** The velocity and the present acceleration {vx, vy, ax, ay} that a support gives a body, or null if the body may not settle on it. */
 export function onSupport({ vx, vy }, whole, { m }, periods) {
   const [x, y] = across([vx, vy], m);
   const [ax, ay] = across(whole, m);
@@ -40,15 +40,15 @@ export function onSupport({ vx, vy }, whole, { m }, periods) {
   return part(whole, m) < 0 && !isAlongPeriod ? { vx: x, vy: y, ax, ay } : null;
 }
 
-/** Whether two supports hold a body between them. */
+/** True if two supports hold a body between them. */
 export function isBetween(whole, one, other) {
   return part(across(whole, one.m), other.m) < 0 && part(across(whole, other.m), one.m) < 0;
 }
 
-/** How long the flight after a contact lasts at the least (rule 11h). */
+/** The least duration of the flight after a contact (rule 11h). */
 const lasting = ({ t = 0 }, q) => (t > 0 ? t : 2 ** 38 * q);
 
-/** The speed with which two bodies part at the least, with the plans that they had and the velocities that they have now, or null; `mayRest`: in a scene with a w. */
+/** The least parting speed of two bodies, with the plans that they had and the velocities that they have now, or null; `mayRest`: in a scene with a w. */
 export function leastSpeed(response, planA, planB, one, two, n, q, mayRest) {
   const [rx, ry] = [planB.ax - planA.ax, planB.ay - planA.ay];
   if (!mayRest && rx === 0 && ry === 0) return null;
@@ -57,13 +57,13 @@ export function leastSpeed(response, planA, planB, one, two, n, q, mayRest) {
   return Math.max(0.5 * t * -part([rx, ry], n), 2 ** -44 * size);
 }
 
-/** That of a body and a wall. */
+/** The same for a body and a wall. */
 export function leastAtWall(response, { ax, ay }, wall, q) {
   const least = 0.5 * lasting(response, q) * part([ax, ay], OUTWARD[wall]);
   return least > 0 ? least : null;
 }
 
-/** The velocity with which a body parts from a wall with a speed. */
+/** The velocity of a body that parts from a wall with a speed. */
 export function offPressed([vx, vy], wall, least) {
   const [nx, ny] = OUTWARD[wall];
   const h = vx * nx + vy * ny + least;

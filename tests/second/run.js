@@ -1,4 +1,4 @@
-// node run.js SCENE.json [--until T] [--contacts N]: the contacts of a scene, or the first N, a line each, how the answer ends before, and their fingerprint.
+// node run.js SCENE.json [--until T] [--contacts N]: the contacts of a scene, or the first N, a line each, an early end of the answer, and their fingerprint.
 
 import { readFileSync } from "node:fs";
 
@@ -24,7 +24,7 @@ function main(words) {
   process.stdout.write(`fingerprint ${fingerprint(list)}\n`);
 }
 
-/** The number after a word, both taken out of the words, or null where the word is not. */
+/** The number after a word, both removed from the words, or null without the word. */
 function option(words, word) {
   const at = words.indexOf(word);
   if (at < 0) return null;

@@ -1,4 +1,4 @@
-// Rules 2, 2a and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. What is wrong is said in a sentence.
+// Rules 2, 2a and 2s: a scene from the tables of a scene file, read from TOML or written as JSON. A mistake becomes a sentence.
 
 import { largest } from "./clock.js";
 import { acceleration, bodyShape, readCommands, readTurn } from "./commands.js";
@@ -9,7 +9,7 @@ import { keys, list, mass, moment, number, pair, positive } from "./tables.js";
 const RUN = ["until", "end", "broad-phase", "narrow-phases", "options"];
 const TOP_LEVEL = ["arena", "periodic", "gravity", "start", "unit", "kinds", "responses", "shapes", "bodies", "commands", ...RUN];
 
-/** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). How it is searched (phases, options) is no part of it. */
+/** The scene of these tables, for `Run` and `contacts`, with `until` (null if left out). The method of a search (phases, options) is not a part of it. */
 export function readScene(tables) {
   if ("recipe" in Object(tables)) throw new Error("A recipe is kinetile's; write the scene with its bodies.");
   keys(tables, TOP_LEVEL, "The scene");
@@ -98,7 +98,7 @@ function phases(names, wanted) {
   throw new Error(`narrow-phases is ${JSON.stringify(names)}; in the specification bodies meet each other, and the walls where there are any.`);
 }
 
-/** Says what is wrong with a scene that has accelerations (rule 2a). */
+/** Checks a scene with accelerations (rule 2a). */
 function checkAccelerations({ gravity, arena, periods, bodies, commands, until }) {
   const every = [...bodies, ...commands.filter(({ what }) => what === "insertion")];
   const [Ax, Ay] = largest([...bodies, ...commands], gravity);

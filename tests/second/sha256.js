@@ -1,5 +1,5 @@
 // SHA-256 (FIPS 180-4), of bytes, in hexadecimal digits. Its constants are the first 32 bits behind the point of the square and cube roots
-// of the first primes; they are worked out here with whole numbers.
+// of the first primes; they are computed here with whole numbers.
 
 const PRIMES = [];
 for (let n = 2; PRIMES.length < 64; n += 1) if (PRIMES.every((p) => n % p)) PRIMES.push(n);

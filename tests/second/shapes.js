@@ -1,4 +1,4 @@
-// Rules 2s, 3s, 5s, 6s, 8r and 9s: bodies of convex shapes. What decides is exact; reaches and directions are doubles.
+// Rules 2s, 3s, 5s, 6s, 8r and 9s: bodies of convex shapes. Decisions are exact; reaches and directions are doubles.
 
 import { carried } from "./clock.js";
 import { add, compare, dot, exact, less, minus, multiply, nearest, sign, signedSquare, square, subtract } from "./exact.js";
@@ -6,7 +6,7 @@ import { along } from "./exchange.js";
 
 const view = new DataView(new ArrayBuffer(8));
 
-/** A shape of a core and r, with its size, the r of rule 3s, and what stands for r at the walls (6s): left, right, bottom and top. */
+/** A shape of a core and r, with its size, the r of rule 3s, and the values in place of r at the walls (6s): left, right, bottom and top. */
 export function makeShape(core, r) {
   const [xs, ys] = [0, 1].map((axis) => core.map((corner) => corner[axis]));
   const corners = core.map((corner) => corner.map(exact));
@@ -21,7 +21,7 @@ export function makeShape(core, r) {
   return { corners, r, size, extent, sides: [r - Math.min(...xs), r + Math.max(...xs), r - Math.min(...ys), r + Math.max(...ys)] };
 }
 
-/** Whether all shapes are discs around their places, for which the rules of shapes say nothing. */
+/** True if all shapes are discs around their places, which need no rules of shapes. */
 export function areDiscs(shapes) {
   return shapes.every(({ corners }) => corners.length === 1 && corners[0].every((each) => sign(each) === 0));
 }
@@ -49,7 +49,7 @@ export function nearestFaces(d, { faces }) {
   return [...gaps.keys()].filter((i) => !gaps.some((gap) => isNearer(gap, gaps[i])));
 }
 
-/** The unit normal along which two bodies a < b that are [dx, dy] apart exchange momentum, after both are anchored, and its face, if it is that of one (rule 9s). */
+/** The unit normal of the exchange of momentum of two bodies a < b with the difference [dx, dy], both anchored, and its face, if it has one (rule 9s). */
 export function shapeNormal(a, b, [dx, dy], M, q = 1) {
   const flown = ({ vx, vy, ax = 0, ay = 0 }) => [[vx, ax], [vy, ay]].map(([speed, pull]) => add(...carried(exact(speed), exact(pull), q))); // in a tick
   const v = less(flown(b), flown(a));
@@ -58,19 +58,19 @@ export function shapeNormal(a, b, [dx, dy], M, q = 1) {
   return way ? { normal: along(...way), face: null } : { normal, face };
 }
 
-/** How far apart two bodies that are [dx, dy] apart are, as rule 9s has it for the room of an inserted one: the gap less R. */
+/** The gap less R of two bodies with the difference [dx, dy], as in rule 9s for the room of an inserted body. */
 export function shapeGap(apart, M) {
   const { way, gap } = rounded(apart, M, M.faces);
   return (way ? Math.sqrt(way[0] * way[0] + way[1] * way[1]) : gap) - nearest(M.R);
 }
 
-/** In doubles, how far a body is after the first and the second corner of a face, and the parts of its velocity and acceleration along it (rule 8r). */
+/** In doubles, the distances of a body after the first and the second corner of a face, and the parts of its velocity and acceleration along it (rule 8r). */
 export function alongFace([dx, dy], M, face, { vx, vy, ax, ay }) {
   const { normal: [nx, ny], from, next } = rounded([dx, dy], M, [face]);
   return { u: nx * from[1] - ny * from[0], u2: nx * next[1] - ny * next[0], s: nx * vy - ny * vx, c: nx * ay - ny * ax };
 }
 
-/** In doubles, the way from the corner of M that counts at [dx, dy], or else the face of these that does: its normal and gap. */
+/** In doubles, the way from the corner of M that counts at [dx, dy], or else the face of these that counts: its normal and gap. */
 function rounded([dx, dy], M, faces) {
   if (faces.length === 0) return { way: [dx - nearest(M.corners[0][0]), dy - nearest(M.corners[0][1])] };
   const seen = faces.map((face) => {
@@ -86,7 +86,7 @@ function rounded([dx, dy], M, faces) {
   return { normal, gap, face, from, next };
 }
 
-/** The corners of the hull of some points, anticlockwise from the leftmost, of these the lowest. */
+/** The corners of the hull of some points, anticlockwise from the leftmost, the lowest if there are several. */
 function hull(points) {
   const sorted = [...points].sort(([x1, y1], [x2, y2]) => compare(x1, x2) || compare(y1, y2));
   const chain = (ordered) => {
@@ -101,7 +101,7 @@ function hull(points) {
   return lower.length === 1 ? lower : [...lower.slice(0, -1), ...upper.slice(0, -1)];
 }
 
-/** Whether a normal points up, or to the right: the first of two opposite ones. */
+/** True if a normal points up, or to the right: the first of two opposite ones. */
 function isUp([x, y]) {
   return sign(y) > 0 || (sign(y) === 0 && sign(x) > 0);
 }
@@ -110,7 +110,7 @@ function up(n) {
   return isUp(n) ? n : n.map(minus);
 }
 
-/** The double `by` steps from a positive one. */
+/** The double that is `by` steps from a positive one. */
 function step(double, by) {
   view.setFloat64(0, double);
   view.setBigInt64(0, view.getBigInt64(0) + by);

@@ -1,6 +1,6 @@
-// What the rules decide by: the signs of polynomials at whole numbers.
+// Signs of polynomials at whole numbers, which decide the rules.
 //
-// A polynomial is the list of its coefficients, BigInts, from that of n^0 on, up to a common factor. Between two zeros of its derivative it is monotone.
+// A polynomial is the list of its coefficients, BigInts, from n^0 on, up to a common factor. Between two zeros of its derivative it is monotone.
 
 import { add, dot, multiply, sign, squareRoot, subtract } from "./exact.js";
 
@@ -15,7 +15,7 @@ export function polynomial(numbers) {
   return p;
 }
 
-/** That of |d + step n + bend n^2|^2 - c. */
+/** The polynomial |d + step n + bend n^2|^2 - c. */
 export function squareLess([d, step, bend], c) {
   const twice = (one, other) => multiply(TWO, dot(one, other));
   return polynomial([subtract(dot(d, d), c), twice(d, step), add(dot(step, step), twice(d, bend)), twice(step, bend), dot(bend, bend)]);
@@ -34,7 +34,7 @@ export function growth(p) {
   return next.slice(0, -1).map((each, i) => each - p[i]);
 }
 
-/** Whether p, which grows by `grows`, is on a side of 0 at n + 1, farther than at n. */
+/** True if p, which grows by `grows`, is on a side of 0 at n + 1, farther than at n. */
 export function goes(side, p, grows, n) {
   return sign({ n: at(p, n + 1n) }) === side && sign({ n: at(grows, n) }) === side;
 }
@@ -45,7 +45,7 @@ export function firstFall(p) {
   return firstWhere((n) => goes(-1, p, grows, n), [p, grows], 0n);
 }
 
-/** The first n from `start` on, before `end`, for which something holds that depends on no more than the signs of some polynomials at n and at n + 1. */
+/** The first n from `start` on, before `end`, with `holds(n)`, which depends only on the signs of some polynomials at n and at n + 1. */
 export function firstWhere(holds, polynomials, start, end = FAR) {
   const changes = polynomials.flatMap((p) => signChanges(p, start, end));
   const every = [start, ...changes.flatMap((n) => [n - 1n, n])].filter((n) => n >= start && n < end);
@@ -56,7 +56,7 @@ export function inOrder(one, two) {
   return one < two ? -1 : one > two ? 1 : 0;
 }
 
-/** Each n after `start`, up to `end`, at which p has another sign than at n - 1. */
+/** Each n after `start`, up to `end`, with another sign of p than at n - 1. */
 export function signChanges(p, start, end = FAR) {
   const signAt = (n) => sign({ n: at(p, n) });
   return pieces(p, start, end).flatMap((high, i, ends) => {
@@ -66,7 +66,7 @@ export function signChanges(p, start, end = FAR) {
   });
 }
 
-/** Whole numbers from `start` to `end`, in their order: between two neighbours p is monotone, or they are 1 apart. */
+/** Whole numbers from `start` to `end`, in their order: between two neighbours p is monotone, or their difference is 1. */
 function pieces(p, start, end) {
   if (p.length < 3 || start >= end) return start < end ? [start, end] : [];
   const derivative = p.slice(1).map((each, i) => each * BigInt(i + 1));
@@ -81,7 +81,7 @@ function pieces(p, start, end) {
   return zeros.filter((each, i) => i === 0 || each > zeros[i - 1]);
 }
 
-/** The last whole number before that for which something holds; it does from there to `high`, and not at `low`, and begins to near a zero of p. */
+/** The last whole number before the first with `holds(n)`, which is true from there to `high`, false at `low`, and changes near a zero of p. */
 function lastBefore(holds, low, high, p) {
   const narrow = (n) => {
     if (low < n && n < high) [low, high] = holds(n) ? [low, n] : [n, high];
@@ -91,7 +91,7 @@ function lastBefore(holds, low, high, p) {
   return low;
 }
 
-/** Whole numbers near the zeros of a polynomial of degree 1 or 2, of others none: guesses, which its signs there confirm. */
+/** Whole numbers near the zeros of a polynomial of degree 1 or 2, else []: guesses, which its signs there confirm. */
 function roughZeros([c, b, a, ...more]) {
   if (more.length || b === undefined) return [];
   if (a === undefined) return [-c / b];

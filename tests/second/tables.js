@@ -1,4 +1,4 @@
-// What a table of a scene file may hold. What is wrong is said in a sentence.
+// The permitted values of a table in a scene file. A mistake becomes a sentence.
 
 export function keys(table, known, name) {
   if (typeof table !== "object" || table === null || Array.isArray(table)) throw new Error(`${name} is no table.`);
@@ -38,7 +38,7 @@ export function count(value, name) {
   return value;
 }
 
-/** A moment, [epoch, tick, contacts]: {tick, contacts}, the tick being a BigInt that counts from the start. */
+/** A moment, [epoch, tick, contacts]: {tick, contacts}, with the tick as a BigInt that counts from the start. */
 export function moment(value, name) {
   if (list(value, name).length !== 3) throw new Error(`${name} has ${value.length} numbers, not three.`);
   const [epoch, tick, contacts] = value.map((each) => count(each, name));

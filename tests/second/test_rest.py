@@ -1,4 +1,4 @@
-"""Rest: what bodies do that settle, by hand, in both implementations of docs/specification.md, and games."""
+"""Rest: settling bodies, by hand, in both implementations of docs/specification.md, and games."""
 
 import math
 from collections import Counter
@@ -18,18 +18,18 @@ pytestmark = [pytest.mark.needs("node"), pytest.mark.small]
 W = 0.125
 BOX, BALL, LEVEL = kt.box(0.5, 0.5), kt.disc(0.25), kt.box(2.0, 0.5)
 STRIP = 2.0**-39 * 1.25
-"""That of a box, or a ball, and LEVEL."""
+"""The difference of a box, or a ball, and LEVEL."""
 
 SETTLES = kt.Response("restitution", e=0.5, contact_time=2.0**-20, settle=W)
 HOPS = {"contact_time": 0.25}
-"""What is pressed with acceleration 1 parts with at least w, to come back after this time."""
+"""A body that is pressed with acceleration 1 parts with at least w, and comes back after this time."""
 HELD = {"fixed": [(LEVEL, (1.5, 1.0), (0.0, 0.0))]}
 
 
 def room(
     *movers: Any, fixed: Any = (), until: float = 8.0, contact_time: float = 2.0**-20, **more: Any
 ) -> kt.Scene:
-    """Returns bodies of mass 1, after those of infinite mass, (shape, place, velocity) each, as g is 1."""
+    """Returns bodies of mass 1, after bodies of infinite mass, (shape, place, velocity) each, as g is 1."""
     settles = kt.Response("restitution", **{**SETTLES.options, "contact_time": contact_time})
     shapes, places, velocities = zip(*fixed, *movers, strict=True)
     return kt.Scene(

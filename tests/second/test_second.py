@@ -30,10 +30,10 @@ VECTORS = HERE.parent / "vectors"
 pytestmark = pytest.mark.needs("node")
 
 MANY = 50
-"""Rows of a family of vectors, of which the default lane asks one in a hundred."""
+"""Rows of a family of vectors: the default lane checks one in a hundred."""
 
 FEW_RUNS = 10
-"""Of files with more runs of rules the default lane follows one in four."""
+"""The default lane follows one in four runs of larger files of rules."""
 
 FEW = 100
 """Contacts of a game with accelerations: plain Python hooks take a while for its chords."""
@@ -84,7 +84,7 @@ def test_what_computes_runs_in_a_browser_too() -> None:
 
 
 def shaped(seed: int, axes: tuple[str, ...] = ("",)) -> kt.Scene:
-    """Boxes and discs, with periodic axes or without; every third scene has bodies of infinite mass."""
+    """Returns boxes and discs, with or without periodic axes; every third has bodies of infinite mass."""
     scene = (convex_scenes if seed % 2 else box_scenes).drawn(seed, axes=axes)
     some = random.Random(f"immovable {seed}")
     mass = [math.inf if seed % 3 == 0 and some.random() < 0.4 else each for each in scene.mass.tolist()]
@@ -132,7 +132,7 @@ def test_the_fingerprint_goes_on_over_blocks(tmp_path: Path) -> None:
 
 
 def assert_prints_the_list_of_shapes(scene: kt.Scene, tmp_path: Path, most: int = 60) -> None:
-    """Assert that both find the same contacts of a scene, at most ``contacts``."""
+    """Asserts that both find the same contacts of a scene, at most ``most``."""
     game = scene.replace(settings=kt.Settings(until=20.0 * scene.time_unit))
     assert second_agrees(game, tmp_path, most)
 
@@ -157,7 +157,7 @@ def test_a_game_is_one_in_both_and_under_another_phase_and_is_certified(
     sim, end = with_end(game, most=FEW)
     assert certify_log(game, sim.contacts, **end, fingerprint=sim.fingerprint).right
     phase = BUILT_IN[seed % len(BUILT_IN)]
-    with suppress(Refused):  # those that refuse passing or periodic axes
+    with suppress(Refused):  # phases that refuse passing or periodic axes
         kt.Simulation(game, phase).build()
         assert games.play(game, phase, FEW).contacts == sim.contacts[["epoch", "tick", "a", "b"]].tolist()
 
@@ -324,7 +324,7 @@ def test_a_body_falls(
 
 
 def mistake(text: str) -> str:
-    """Return all that a scene of this text is answered with, between two arrows."""
+    """Returns the whole answer to a scene of this text, between two arrows."""
     Path("scene.json").write_text(text)
     done = node("run.js", str(Path("scene.json").absolute()))
     assert (done.returncode, done.stdout) == (1, "")

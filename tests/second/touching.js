@@ -1,14 +1,14 @@
-// Rules 5, 5p, 5s, 7, 7s, 11 and 11s: when two bodies meet, and through which image, and when two part that pass. Everything here is exact; null is "none".
+// Rules 5, 5p, 5s, 7, 7s, 11 and 11s: the contact of two bodies, with its image, and the parting of two that pass. Everything here is exact; null is "none".
 
 import { carried, place, velocityAt } from "./clock.js";
 import { add, dot, exact, floorQuotient, less, multiply, sign, square, subtract, whole } from "./exact.js";
 import { nearestFaces } from "./shapes.js";
 import { FAR, at, firstWhere, goes, growth, inOrder, polynomial, signChanges, squareLess } from "./signs.js";
 
-const LONGEST = 1n << 54n; // the ticks for which a plan is kept, where an axis is periodic
+const LONGEST = 1n << 54n; // the most ticks of a plan with a periodic axis
 const [NEARER, FARTHER] = [-1, 1];
 
-/** How body 2 flies as seen from body 1: the later anchor s, the flight [d, step, bend], d + step n + bend n^2 being the separation at s + n, and how far both reach together, by the r of rules 2 and 3s. */
+/** The flight of body 2 relative to body 1: the later anchor s, the flight [d, step, bend], with the separation d + step n + bend n^2 at s + n, and the sum of their reaches, by the r of rules 2 and 3s. */
 export function relative(plan1, r1, plan2, r2, q) {
   const s = plan1.A > plan2.A ? plan1.A : plan2.A;
   const d = less(place(plan2, s, q), place(plan1, s, q));
@@ -18,7 +18,7 @@ export function relative(plan1, r1, plan2, r2, q) {
   return { s, flight: [d, [stepX, stepY], [bendX, bendY]], reach: add(exact(r1), exact(r2)) };
 }
 
-/** That through the image (m, n) of body 2 (rule 5p). */
+/** The same through the image (m, n) of body 2 (rule 5p). */
 export function throughImage(plan1, r1, plan2, r2, q, periods, { m, n }) {
   return shifted(relative(plan1, r1, plan2, r2, q), [m + plan2.kx - plan1.kx, n + plan2.ky - plan1.ky], periods);
 }
@@ -28,10 +28,10 @@ function shifted({ flight: [d, ...way], ...course }, turns, periods) {
 }
 
 /**
- * The tick at which two bodies meet through an image, and the image: {tick, m, n} (rule 5p). `here` is how the second flies as seen from the first through (0, 0);
- * `leftOut` has the images {m, n} that are not asked. What no plan lives to see is null too. `touch` says when two meet as `relative` has them, through an image.
+ * The tick and the image of a contact of two bodies: {tick, m, n} (rule 5p). `here` is the flight of the second relative to the first through (0, 0);
+ * `leftOut` has the images {m, n} to omit. A tick after the end of every plan is null too. `touch` returns the tick of a flight as from `relative`, through an image.
  *
- * Images are asked that come within reach in a time h after s, and if none of them is met by then, in twice that time.
+ * Only images within reach in a time h after s are computed, and without a contact by then, in twice that time.
  */
 export function imageTick(here, periods, leftOut, touch) {
   const { s, flight: [d, step], reach } = here;
@@ -60,7 +60,7 @@ export function imageTick(here, periods, leftOut, touch) {
   return null;
 }
 
-/** The tick at which two bodies meet, as `relative` has them, M being their difference, from a tick on; `met` if they have just met. */
+/** The tick of contact of two bodies with a flight as from `relative`, with M their difference, from a tick on; `met` if they have just met. */
 export function touchTick({ s, flight, reach }, M, met = false, from = s) {
   if (met && flight[2].every((each) => sign(each) === 0)) return null; // rules 7 and 7s
   const near = squareLess(flight, square(reach)); // each body is within its r from its place
@@ -74,7 +74,7 @@ export function touchTick({ s, flight, reach }, M, met = false, from = s) {
   return ticks === null ? null : s + ticks;
 }
 
-/** The tick at which two bodies part, as `relative` has them, that have begun to pass at a tick (rules 11 and 11s). */
+/** The parting tick of two bodies with a flight as from `relative` that have begun to pass at a tick (rules 11 and 11s). */
 export function partTick({ s, flight }, M, begun) {
   const seen = features(flight, M);
   const start = begun > s ? begun - s : 0n;
@@ -84,8 +84,8 @@ export function partTick({ s, flight }, M, begun) {
 }
 
 /**
- * The faces and corners of M as the body sees them, with polynomials: of a face g, u, and u - t.t as `past`, and g^2 - (R |n|)^2 as `rest`, with the strip for R if R = 0;
- * of a corner Q as `rest`, and the faces from it and to it; and the growth of what falls where they come nearer.
+ * The faces and corners of M, relative to the body, with polynomials: for a face g, u, u - t.t as `past`, and g^2 - (R |n|)^2 as `rest`, with the strip for R if R = 0;
+ * for a corner Q as `rest`, and the faces from it and to it; and the growth of the value that falls at an approach.
  */
 function features([d, step, bend], M) {
   const faces = M.faces.map(({ p, next, t, n }) => {
@@ -106,7 +106,7 @@ function isOver({ g, u, past }, n) {
   return at(g, n) >= 0n && at(u, n) >= 0n && at(past, n) <= 0n;
 }
 
-/** Whether a corner, of a point the only one, is one that the body is beside. */
+/** True if the body is beside a corner; always for the only corner of a point. */
 function isBeside({ from, to }, n) {
   return from === undefined || (at(from.u, n) <= 0n && at(to.past, n) >= 0n);
 }
@@ -115,7 +115,7 @@ function isInside(faces, n) {
   return faces.length > 2 && faces.every(({ g }) => at(g, n) < 0n);
 }
 
-/** The first n from a start on at which two with R > 0 touch, and come nearer than R' before they part, `inner` being the features for R', or null. */
+/** The first n from a start on with a contact of two bodies with R > 0 that come nearer than R' before they part, or null; `inner` has the features for R'. */
 function firstTouch(seen, inner, near, start) {
   for (let from = start; ; ) {
     const begin = firstWithin(seen, near, from);
@@ -128,7 +128,7 @@ function firstTouch(seen, inner, near, start) {
   }
 }
 
-/** The first n from a start on at which two come within R; never where `near` is above 0 at n + 1. */
+/** The first n from a start on when two bodies come within R; never if `near` is above 0 at n + 1. */
 function firstWithin(seen, near, start) {
   const { faces } = seen;
   const enters = faces.length > 2 ? firstWhere((n) => isInside(faces, n + 1n) && !isInside(faces, n), faces.map(({ g }) => g), start) : null;
@@ -136,7 +136,7 @@ function firstWithin(seen, near, start) {
   return enters === null || (touches !== null && touches < enters) ? touches : enters;
 }
 
-/** The first n from a start on at which a face that d(n + 1) is over, or a corner that it and d(n) are beside, comes nearer than R, or goes farther; never where `near` is above 0 at n + 1. */
+/** The first n from a start on when a face that d(n + 1) is over, or a corner that it and d(n) are beside, comes nearer than R, or goes farther; never if `near` is above 0 at n + 1. */
 function firstOfFeatures(side, { faces, corners }, start, near = [0n]) {
   const cuts = [start + 1n, ...[near, ...faces.flatMap(({ g, u, past }) => [g, u, past])].flatMap((p) => signChanges(p, start + 1n))].sort(inOrder);
   for (const [i, low] of cuts.entries()) {
@@ -144,7 +144,7 @@ function firstOfFeatures(side, { faces, corners }, start, near = [0n]) {
     if (low === high || at(near, low) > 0n) continue;
     const there = [...faces.filter((face) => isOver(face, low)), ...corners.filter((corner) => isBeside(corner, low))];
     const found = there.map(({ rest, grows, from, to }) => {
-      const holds = (n) => goes(side, rest, grows, n) && isBeside({ from, to }, n); // of a face that is nothing more
+      const holds = (n) => goes(side, rest, grows, n) && isBeside({ from, to }, n); // always true for a face
       return firstWhere(holds, [rest, grows, ...(from ? [from.u, to.past] : [])], low - 1n, high - 1n);
     });
     const ticks = found.filter((n) => n !== null).sort(inOrder);
@@ -177,7 +177,7 @@ function firstCounted(flight, seen, M) {
   return presses ? 0n : firstWhere((n) => grows.some((each) => at(each, n) > 0n), grows, 0n);
 }
 
-/** The growths of which one is above 0 where two that have just met part: that of Q, or those of e.d (rule 7s). */
+/** The growths of Q, or of all e.d (rule 7s): one is above 0 if two bodies that have just met part. */
 function away([d, step, bend], { faces, corners }, M) {
   if (faces.length === 0) return [corners[0].grows];
   const isAbove = ({ g }) => at(g, 0n) > 0n;

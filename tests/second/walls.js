@@ -1,12 +1,12 @@
-// Rules 6, 6p, 6s and 8r: when a body meets a wall, or comes to an end of what holds it. Everything here is exact; null is "none".
+// Rules 6, 6p, 6s and 8r: the tick when a body meets a wall, or reaches an end of its support. Everything here is exact; null is "none".
 
 import { carried } from "./clock.js";
 import { add, exact, minus, subtract } from "./exact.js";
 import { firstFall, inOrder, polynomial } from "./signs.js";
 
 /**
- * The tick at which a body meets a wall of an arena [W, H], and the wall's number: {tick, wall}; there are none at the ends of periodic axes.
- * The sides are what the body has in the place of r for left, right, bottom and top (rule 6s).
+ * The tick and the wall of the contact of a body in an arena [W, H]: {tick, wall}; periodic axes have no walls.
+ * The sides are the values in place of r for left, right, bottom and top (rule 6s).
  */
 export function wallTick(plan, sides, arena, q, periods = [null, null]) {
   const { x, y, vx, vy, ax, ay } = plan.exact;
@@ -22,7 +22,7 @@ export function wallTick(plan, sides, arena, q, periods = [null, null]) {
   return first;
 }
 
-/** The ticks from an anchor until a body is beyond an end of a face by more than w (rule 8r): there its first and second corner are u and u2 before it, as it flies along with s and is accelerated by c. */
+/** The ticks from an anchor until a body is beyond an end of a face by more than w (rule 8r): its corners are u and u2 before the body, which flies along with speed s and acceleration c. */
 export function leaveEnds({ u, u2, s, c }, w, q) {
   const way = carried(exact(s), exact(c), q);
   const ends = [[add(exact(u), w), ...way], [subtract(w, exact(u2)), ...way.map(minus)]];

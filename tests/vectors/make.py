@@ -1,9 +1,9 @@
-"""Work out the answers of the test vectors of docs/specification.md.
+"""Works out the answers of the test vectors of docs/specification.md.
 
     python tests/vectors/make.py            writes all files
     python tests/vectors/make.py --check    writes none; prints which differ, and ends with 1 if any does
 
-The answers are those of kinetile's certifier (``kinetile_accuracy.specification``), in exact numbers. The
+The answers are from kinetile's certifier (``kinetile_accuracy.specification``), in exact numbers. The
 questions stay as they are in the files: they were drawn once, in the families of README.md. A new question
 is a new row with any answer, or a new scene with any contacts.
 """
@@ -40,11 +40,11 @@ from kinetile_accuracy.specification.touching import touching_tick
 HERE = Path(__file__).parent
 
 KEPT = ("scenes.json", "shape_sizes.json")
-"""Files whose answers are kept as well: whether something is a scene, and the r of a shape. The certifier
-reads scenes and shapes as kinetile makes them, so it has no answer of its own (rules 2 and 3s)."""
+"""Files whose answers are kept as well: the validity of a scene, and the r of a shape. The certifier reads
+scenes and shapes as kinetile makes them, so it has no answer of its own (rules 2 and 3s)."""
 
 SHOWN = 100
-"""How many contacts of a run are written down."""
+"""The number of written contacts of a run."""
 
 Words = list[str]
 Body = tuple[list[Words], str, Words]
@@ -52,7 +52,7 @@ Body = tuple[list[Words], str, Words]
 
 
 def numbers(*values: float) -> Words:
-    """Return doubles as strings; there is one zero."""
+    """Returns doubles as strings; there is one zero."""
     return [(value + 0.0).hex() for value in values]
 
 
@@ -106,7 +106,7 @@ def place(e: int, plan: Words, anchor: str, tick: str) -> Words:
 
 
 def unit(sides: Words | None, bodies: list[Words], turned: list[Words]) -> int:
-    """Rule 3: the e of the unit of a scene; of any numbers, so that it is not checked."""
+    """Rule 3: the e of the unit of a scene; of any numbers, so it is not checked."""
     states = np.array([doubles(body) for body in bodies]).reshape(-1, 5)
     scene = kt.Scene.__new__(kt.Scene)
     scene.__dict__.update(
@@ -149,7 +149,7 @@ def _touching(m: shapes.Difference | None, e: int, plans: Iterable[Words], met: 
 
 
 def _plan(words: Words, frame: Frame) -> FlightPlan:
-    """Return a plan of x, y, vx, vy, radius and anchor, and perhaps an acceleration."""
+    """Returns a plan of x, y, vx, vy, radius and anchor, and perhaps an acceleration."""
     *plan, radius = doubles(words[:5])
     return FlightPlan(*plan, int(words[5]), radius, frame, pull=doubles(words[6:]) or (0.0, 0.0))
 
@@ -183,7 +183,7 @@ ANSWERS: dict[str, Callable[..., Any]] = {
 
 _CLASSES = ("clock", "turn", "wall", "pair")
 COUNTED = {"runs": _CLASSES, "rules": (*_CLASSES, "insertion", "removal", "begin", "end")}
-"""What is counted in the runs of a folder."""
+"""The counted events in the runs of a folder."""
 
 _OTHERS = {
     REANCHORED: "clock",
@@ -198,7 +198,7 @@ _OTHERS = {
 
 
 def scene_of(said: dict[str, Any]) -> kt.Scene:
-    """Return a scene that is written in the vectors: a scene file, read by kinetile."""
+    """Returns a scene of the vectors: a scene file, read by kinetile."""
     return loads_scene("".join(f"{key} = {_toml(value)}\n" for key, value in said.items()))
 
 
@@ -212,7 +212,7 @@ def _toml(value: Any) -> str:
 
 
 def _end_of(scene: kt.Scene) -> tuple[int, int | None]:
-    """Return the tick at which a scene ends, and how many contacts of it there are at most."""
+    """Returns the tick of a scene's end, and the most contacts of this tick."""
     end, until = scene.settings.end, scene.settings.until
     if end is not None:
         return (end[0] << 52) + end[1], end[2]
@@ -221,7 +221,7 @@ def _end_of(scene: kt.Scene) -> tuple[int, int | None]:
 
 
 def _events(scene: kt.Scene) -> Iterator[tuple[str, CourseEvent]]:
-    """Yield what happens in a scene up to its end, each with its kind; last ``"no room"``, where the answer
+    """Yields the events of a scene up to its end, each with its kind; the last is ``"no room"`` if the answer
     ends before an insertion, or another kind."""
     end, most = _end_of(scene)
     course = Course(scene, None if most is None else (end, most))
@@ -239,7 +239,7 @@ def _events(scene: kt.Scene) -> Iterator[tuple[str, CourseEvent]]:
 
 
 def _answered(run: dict[str, Any], folder: str) -> str:
-    """Return a run as it is written, with its answer: a line a body, and the contacts in one."""
+    """Returns the text of a run with its answer: a line for each body, and one for the contacts."""
     scene = scene_of(run["scene"])
     happened = list(_events(scene))
     counted = Counter(kind for kind, _ in happened)
@@ -276,7 +276,7 @@ def names() -> list[str]:
 
 
 def made(name: str, text: str) -> str:
-    """Return the text of a file with the answers of the rules, whatever answers it has now."""
+    """Returns the text of a file with the answers of the rules in place of its present answers."""
     if name == "discs.txt":
         return "".join(_disc(*line.split(" ")) for line in text.splitlines())
     said, rule = json.loads(text), name.removesuffix(".json").partition("/")[0]
@@ -294,13 +294,13 @@ def made(name: str, text: str) -> str:
 
 
 def _disc(grade: str, family: str, e: str, _: str, *words: str) -> str:
-    """Return a line of discs with its tick; how hard it is in doubles is said with the question."""
+    """Returns a line of discs with its tick; the question has its difficulty in doubles."""
     found = contact(int(e), [*words[:5], "0"], [*words[5:], "0"])
     return " ".join([grade, family, e, found or "-", *words]) + "\n"
 
 
 def main(arguments: list[str]) -> int:
-    """Write or compare all files; return the exit code."""
+    """Writes or compares all files; returns the exit code."""
     if arguments not in ([], ["--check"]):
         print(__doc__)
         return 2

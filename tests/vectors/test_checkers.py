@@ -17,13 +17,13 @@ DISCS = VECTORS / "discs.txt"
 
 FILES = {"python": "check.py", "javascript": "check.mjs", "c": "check.c", "rust": "check.rs"}
 OF_ALL_FILES = pytest.mark.parametrize("check", ["python", "javascript"], indirect=True)
-"""The others read ``discs.txt`` alone."""
+"""The others read only ``discs.txt``."""
 
 Check = Callable[..., tuple[int, str]]
 
 
 def checker(language: str, into: Path) -> list[str]:
-    """Return the command of a checker, compiled if need be."""
+    """Returns the command of a checker, compiled if need be."""
     source, made = CHECKERS / FILES[language], str(into / "check")
     compiler, *options = {
         "python": [sys.executable],
@@ -41,7 +41,7 @@ def checker(language: str, into: Path) -> list[str]:
 
 @pytest.fixture(scope="module", params=FILES)
 def check(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Check:
-    """Return a function that runs a checker and returns its exit code and what it printed."""
+    """Returns a function that runs a checker and returns its exit code and its output."""
     command = checker(request.param, tmp_path_factory.mktemp(request.param))
 
     def run(*words: object) -> tuple[int, str]:
@@ -53,7 +53,7 @@ def check(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 
 def changed(into: Path, grade: str, *, hit: bool, answer: Callable[[int], str]) -> Path:
-    """Write the discs with another answer to the first hit or miss of a grade."""
+    """Writes the discs with another answer to the first hit or miss of a grade."""
     lines = [line.split(" ") for line in DISCS.read_text().splitlines()]
     words = next(words for words in lines if words[0] == grade and (words[3] != "-") == hit)
     words[3] = answer(int(words[3]) if hit else 0)

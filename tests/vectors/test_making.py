@@ -1,4 +1,4 @@
-"""The vectors are what the certifier's reading of the rules makes of their questions."""
+"""The vectors have the certifier's answers to their questions."""
 
 import pytest
 

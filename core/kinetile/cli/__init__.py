@@ -2,8 +2,8 @@
 
 Results go to stdout, as a table or (``--json``) as JSON; everything else goes to stderr. Exit codes: 0 for
 success; 1 for a divergence, a wrong list of contacts, a fault in the run or a phase that does not conform; 2
-for a command that cannot be carried out as given; 3 where the conformance kit's reference itself is in doubt;
-4 where the kit ran out of time; 130 after Ctrl-C (143 after SIGTERM, 129 after SIGHUP), after the partial
+for an invalid command; 3 if the reference of the conformance kit itself is in doubt;
+4 if the kit ran out of time; 130 after Ctrl-C (143 after SIGTERM, 129 after SIGHUP), after the partial
 result. Further commands come from plugins: an entry point of the group ``kinetile.commands`` names a
 ``typer.Typer``, which is imported only for ``--help``, or a name that the framework does not have.
 """
@@ -19,12 +19,12 @@ from kinetile.cli.terminal import echo, exit_codes, notice, results_on_stdout
 from kinetile.versions import __version__
 
 COMMANDS_GROUP = "kinetile.commands"
-"""The entry points by which plugins bring commands."""
+"""The group of entry points of the plugins' commands."""
 
 
 class _WithPlugins(CommandGroup):
-    """The framework's commands, and those of plugins when a name is not among these; errors and signals
-    become a message and an exit code: Typer would end without a word, a signal without clearing up."""
+    """The framework's commands, and the commands of plugins if a name is not among these. Errors and signals
+    become a message and an exit code: Typer would end without a message, a signal without clearing up."""
 
     _complete = False
 
@@ -46,11 +46,11 @@ class _WithPlugins(CommandGroup):
         return super().get_command(ctx, cmd_name)
 
     def _load(self) -> None:
-        """Adds the commands of all installed plugins, once; of two with one name the first stays."""
+        """Adds the commands of all installed plugins, once; if two share a name, the first stays."""
         if self._complete:
             return
         self._complete = True
-        self.commands["cache"] = self.commands.pop("cache")  # Typer has groups before commands
+        self.commands["cache"] = self.commands.pop("cache")  # Typer lists groups before commands
         from kinetile.plugin.registry import installed
 
         for plugin in installed(COMMANDS_GROUP):

@@ -1,7 +1,7 @@
-"""The command ``kinetile cache``: where compiled loops and hooks are kept, for which versions; their removal,
-and ``kinetile cache warm``: their compilation in advance.
+"""The command ``kinetile cache``: the folder of compiled loops and hooks, with versions; their removal, and
+``kinetile cache warm``, their compilation in advance.
 
-Only files of the compile cache are touched: ``NUMBA_CACHE_DIR`` may name a folder with other things in it.
+Only files of the compile cache are removed: ``NUMBA_CACHE_DIR`` may name a folder with other things in it.
 """
 
 import re
@@ -20,7 +20,7 @@ from kinetile.cli.terminal import EXIT_FAULT, echo, notice
 from kinetile.errors import BadOption
 
 _FOLDER = re.compile(r"numba-(?P<numba>[\w.+]+)-llvmlite-(?P<llvmlite>[\w.+]+)")
-# .tmp: of a write that was cut off
+# .tmp: a write that was cut off
 _FILE = re.compile(r"(?P<entry>.+?)(\.\d+\.nbc|\.nbi|(?P<hook>\.nbh))(\.tmp\.\w+)?")
 
 app = typer.Typer(cls=cli.CommandGroup)
@@ -30,12 +30,12 @@ app = typer.Typer(cls=cli.CommandGroup)
 def cache(
     context: typer.Context,
     clear: Annotated[
-        bool, flag("Remove all of them: the next run of each phase compiles again.", "--clear")
+        bool, flag("Remove them all: the next run of each phase compiles again.", "--clear")
     ] = False,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Show where compiled loops and hooks are kept, for which versions, size and last use; or remove them.
+    """Shows the folder of compiled loops and hooks, their versions, sizes and last use; or removes them.
 
     For example: kinetile cache --clear
     """
@@ -90,7 +90,7 @@ def warm(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Compile the loops of scenes in advance, as for an image of a container, or a lesson.
+    """Compiles the loops of scenes in advance, for example for a container image or a lesson.
 
     For example: kinetile cache warm grid cradle
     """
@@ -146,7 +146,7 @@ def _cleared(folder: Path) -> list[str]:
     for path in _files(folder):
         try:
             path.unlink(missing_ok=True)
-        except OSError as error:  # on Windows, of a file that another process has open
+        except OSError as error:  # on Windows, if another process has the file open
             failed.append(f"{path}: {error.strerror or error}")
     with suppress(OSError):  # it is not empty
         folder.rmdir()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from kinetile.run.simulation import Simulation
 
 
-_PHASES = "Broad phases, the first being the reference; by default all that take the scene."
+_PHASES = "Broad phases, the first as the reference; by default all that take the scene."
 ComparedPhases = Annotated[str | None, cli.option(_PHASES, "A,B,...")]
 
 
@@ -31,7 +31,7 @@ def compare(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Runs a scene under several broad phases; exit code 1, and the first difference, unless all agree.
+    """Runs a scene under several broad phases; exit code 1, with the first difference, unless all agree.
 
     For example: kinetile compare lattice --phases naive,cells --until 4
     """
@@ -72,7 +72,7 @@ def compare(
 
 
 def _print_comparison(comparison: Comparison, head: dict[str, Any] | None, json: bool, csv: bool) -> None:
-    """Prints a comparison; of one that was interrupted (no head), its finished runs."""
+    """Prints a comparison, or the finished runs of an interrupted one (no head)."""
     from kinetile.versions import versions
 
     status = {"status": "complete" if head else "interrupted", "versions": versions()}

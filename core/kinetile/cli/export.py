@@ -9,7 +9,7 @@ from kinetile.cli.terminal import echo, make_ready
 from kinetile.errors import BadOption
 
 MOST_FRAMES = 10_000_000
-"""Frames of a file: more are a mistake of --every."""
+"""The most frames in a file: more are a mistake in --every."""
 
 
 def export(

@@ -1,4 +1,4 @@
-"""Files and folders that a command will write, checked first: no file is replaced unless the user says so."""
+"""Checks of files and folders before a command writes them: none is replaced unless the user allows it."""
 
 import os
 import tempfile
@@ -20,8 +20,8 @@ _FORMS = [".parquet", ".toml", ".csv", ".json", ".html", ".svg", ".png", ".pdf",
 
 
 def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
-    """Returns the ending of a file that an option names, in lower case. Raises BadOption unless it is one of
-    these; without any, if it says that the file has another form."""
+    """Returns the ending of a file that an option names, in lower case. Raises BadOption unless the ending is
+    one of these; without ``endings``, if it belongs to another form of file."""
     ending = path.suffix.lower()
     if ending in endings or not (endings or ending in _FORMS):
         return ending
@@ -31,8 +31,8 @@ def check_ending(option: str, path: Path, endings: Sequence[str] = ()) -> str:
 
 
 def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
-    """Raises BadOption unless the files of options have names with the right endings, are different and may
-    be written; those of ``--contacts``, ``--encounters`` and ``--save-scene`` may exist to be overwritten."""
+    """Raises BadOption unless the files of options have the right endings, are different and may be written.
+    The files of ``--contacts``, ``--encounters`` and ``--save-scene`` may exist, and are overwritten."""
     given = [(what, path) for what, path in files.items() if path is not None]
     for what, path in given:
         if not path.name:
@@ -50,7 +50,7 @@ def check_files(files: Mapping[str, Path | None], overwrite: bool) -> None:
 
 @contextmanager
 def file_errors(what: str = "") -> Iterator[None]:
-    """Within this context errors of files become BadOption: ``what``, an option with its file, and why."""
+    """Within this context errors of files become BadOption: ``what``, an option and file, and the reason."""
     try:
         yield
     except OSError as error:
@@ -59,7 +59,7 @@ def file_errors(what: str = "") -> Iterator[None]:
 
 
 def check_new(option: str, path: Path, overwrite: bool) -> None:
-    """Raises BadOption unless a file can be made, or replaced where ``overwrite`` is given."""
+    """Raises BadOption unless a file can be made, or replaced with ``overwrite``."""
     from kinetile.targets import writable_target
 
     with file_errors(f"{option} {path}"):
@@ -79,10 +79,10 @@ def _same_file(one: Path, other: Path) -> bool:
 
 def try_folder(option: str, folder: Path, *, keep: bool) -> None:
     """Makes a folder and tries to write to it; unless it is to be kept, leaves nothing there. Raises
-    BadOption, with the option that names it, where that fails."""
+    BadOption, with the name of the option, if that fails."""
     made: list[Path] = []
     if folder.suffix.lower() in _FORMS and not folder.is_dir():
-        raise BadOption(f"{option} is {str(folder)!r}, the name of a file; expected that of a folder")
+        raise BadOption(f"{option} is {str(folder)!r}, the name of a file; expected the name of a folder")
     try:
         with file_errors(f"{option} {folder}"):
             made += [each for each in (folder, *folder.parents) if not keep and not each.exists()]
@@ -90,6 +90,6 @@ def try_folder(option: str, folder: Path, *, keep: bool) -> None:
             with tempfile.TemporaryFile(dir=folder):
                 pass
     finally:
-        for each in made:  # the innermost comes first
+        for each in made:  # the innermost is first
             with suppress(OSError):
                 each.rmdir()

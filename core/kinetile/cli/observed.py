@@ -29,10 +29,10 @@ def read_observables(
     observe: str | None, out: Path | None, overwrite: bool, *, saved: bool = False
 ) -> list[str]:
     """Returns the observables of ``--observe``. Raises BadOption and MissingExtra for a file that cannot be
-    written, and for observables that cannot be ``saved``, if they are to be."""
+    written, and, if ``saved``, for observables that cannot be saved."""
     if out is not None:
         if observe is None:
-            raise BadOption("--observe-to is where observables go, and there are none: expected --observe")
+            raise BadOption("--observe-to is for observables, but found no observables: expected --observe")
         if check_ending("--observe-to", out, (".csv", ".svg", ".png", ".pdf")) != ".csv":
             from kinetile.show.printed import check_printing
 
@@ -48,13 +48,13 @@ def read_observables(
 
 
 def observed_table(observed: Observed) -> Table:
-    """Returns estimates as a table: numbers with their errors; of a curve its length."""
+    """Returns estimates as a table: numbers with their errors, and the length of each curve."""
     heads = ("> " * (1 < place < 5) + head for place, head in enumerate(observed.HEADS))
     return rows_table([*heads], observed.lines(), shared=1)
 
 
 def write_observed(observed: Observed, path: Path) -> None:
-    """Writes estimates to a file in the form that its name says."""
+    """Writes estimates to a file, in the form of its ending."""
     form = path.suffix.lower()
     content = as_csv(observed.rows()) if form == ".csv" else _figure(observed, form[1:])
     with file_errors(f"--observe-to {path}"):

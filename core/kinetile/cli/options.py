@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 def option(help: str, metavar: str, *names: str, least: float | None = None, **more: Any) -> Any:
-    """Returns an option of a command: its help, what stands for its value there (N or K for a whole
-    number, FILE or DIR for a path), its names, and the least number that it takes."""
+    """Returns an option of a command: its help, the placeholder of its value there (N or K for a whole
+    number, FILE or DIR for a path), its names, and its least value."""
 
     def checked(value: Any) -> Any:
         if least is not None and value is not None and not value >= least:
@@ -49,7 +49,7 @@ def flag(help: str, *names: str, **more: Any) -> Any:
 
 
 def argument(help: str, metavar: str) -> Any:
-    """Returns an argument of a command: its help, and what stands for it there."""
+    """Returns an argument of a command: its help, and its placeholder there."""
     return typer.Argument(metavar=metavar, help=help)
 
 
@@ -58,7 +58,7 @@ Parameters = Annotated[list[str] | None, option("A parameter of the recipe.", "K
 BroadPhase = Annotated[str | None, option("The broad phase, with options if needed: sap-1d:axis=y.", "NAME")]
 Options = Annotated[list[str] | None, option("An option of the broad phase.", "KEY=VALUE", "--option", "-o")]
 NarrowPhases = Annotated[
-    list[str] | None, option("A narrow phase, instead of those the scene needs.", "NAME", "--narrow-phase")
+    list[str] | None, option("A narrow phase, instead of the scene's own.", "NAME", "--narrow-phase")
 ]
 Until = Annotated[
     float | None, option("Run until this time; by default the scene's own `until`, or one time unit.", "TIME")
@@ -67,7 +67,7 @@ MaxContacts = Annotated[int | None, option("Stop after this number of contacts."
 
 
 def _compiled(context: typer.Context, way: str | None) -> str | None:
-    """Has all loops of this process compiled in a way, which the commands themselves need not know."""
+    """Sets how all loops of this process are compiled; the commands need not pass it on."""
     from kinetile.kernel.compiled import compiled_by_default
 
     ways = {"first": True, "meanwhile": None, "never": False}
@@ -90,7 +90,7 @@ Compiled = Annotated[
 
 
 def _one_form(context: typer.Context, param: typer.CallbackParam, chosen: bool) -> bool:
-    """Refuses one form of the result beside another: whichever is read second finds the other."""
+    """Refuses two forms of the result together: the form that is read second finds the other."""
     for other in ("json", "csv", "quiet"):
         if chosen and context.params.get(other):
             raise typer.BadParameter(f"--{other} beside {param.opts[0]}; expected one of the two")
@@ -101,43 +101,39 @@ Json = Annotated[bool, flag("Print the result as JSON.", "--json", callback=_one
 Csv = Annotated[bool, flag("Print the rows as CSV, with every digit.", "--csv", callback=_one_form)]
 Quiet = Annotated[bool, flag("Print no result.", "--quiet", "-q", callback=_one_form)]
 Verbose = Annotated[
-    bool,
-    flag(
-        "Print as well by how much the energy changed, and how late events of the structure were.",
-        "--verbose",
-    ),
+    bool, flag("Print also the change of the energy, and the delay of structural events.", "--verbose")
 ]
 Phases = Annotated[
     str | None, option("Broad phases; by default all that are installed.", "A,B,...", "--phases")
 ]
 Seconds = Annotated[float, option("CPU seconds of one measured run, approximately.", "SECONDS", least=0)]
-Repeats = Annotated[int, option("How often each is measured, in turn; medians count.", "N", least=1)]
+Repeats = Annotated[int, option("Measurements of each, in turn; medians count.", "N", least=1)]
 
 
 def is_file_name(name: str) -> bool:
-    """Whether a scene is named by its file, and not by its recipe."""
+    """Returns True if this is the name of a scene's file, and not of its recipe."""
     return name.lower().endswith(".toml") or "/" in name or "\\" in name
 
 
 MARKUP: Any = "rich" if sys.stdout is not None and sys.stdout.isatty() else None
-"""Help has frames on a terminal alone: in a pipe they would be padding."""
+"""Help has frames only on a terminal: in a pipe they would be padding."""
 
 
 class CommandGroup(TyperGroup):
-    """Commands; a file in the place of one is answered with the command that takes it."""
+    """Commands; for a file in the place of a command, the message names the command that takes it."""
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Returns a command, whose help names its arguments without the types that they have in Python."""
+        """Returns a command, whose help names its arguments without their Python types."""
         command: Any = super().get_command(ctx, cmd_name)
         if command is not None:
             command.rich_markup_mode = MARKUP
             for each in command.params:
-                if isinstance(each, TyperArgument):  # Typer has no option to leave its type out
+                if isinstance(each, TyperArgument):  # Typer has no option that omits its type
                     each.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
         return command
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Lists the commands with whole sentences, under the headings of Rich, where help is plain."""
+        """Lists the commands with whole sentences, under the headings of Rich, if help is plain."""
         named = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
         for heading in dict.fromkeys(getattr(each, "rich_help_panel", None) for _, each in named):
             those = [(name, each) for name, each in named if each.rich_help_panel == heading]
@@ -147,14 +143,14 @@ class CommandGroup(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Returns a command with its arguments; fails for an unknown name."""
         if is_file_name(args[0]) and "run" in self.commands:
-            ctx.fail(f"{args[0]!r} is no command; expected {ctx.command_path} run {args[0]}")
+            ctx.fail(f"{args[0]!r} is not a command; expected {ctx.command_path} run {args[0]}")
         found = super().resolve_command(ctx, args)
         if found[1] is not None and (asks := found[1].get_help_option(ctx)) is not None:
             asks.metavar = ""
         return found
 
     def get_help_option(self, ctx: Any) -> Any:
-        """Returns the option ``--help``, which takes no value; nor does that of a command, above."""
+        """Returns the option ``--help``, without a metavar: it takes no value."""
         asks = super().get_help_option(ctx)
         if asks is not None:
             asks.metavar = ""
@@ -162,7 +158,7 @@ class CommandGroup(TyperGroup):
 
 
 def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
-    """Returns the scene of a TOML file (a name that ends in .toml, or has a slash in it) or of a recipe."""
+    """Returns the scene of a TOML file (a name that ends in .toml, or contains a slash) or of a recipe."""
     if is_file_name(name):
         from kinetile.scene.files import load_scene
 
@@ -181,7 +177,7 @@ def find_scene(name: str, parameters: Sequence[str] | None) -> Scene:
 
 
 def until_or_default(scene: Scene, until: float | None, max_contacts: int | None) -> float | None:
-    """Returns the time to run to: this one, the scene's, or one unit; None: only to ``max_contacts``."""
+    """Returns the end of a run: this one, the scene's, or one unit; None: only ``max_contacts`` ends it."""
     if until is not None:
         if not scene.start <= until < float("inf"):
             raise BadOption(
@@ -189,7 +185,7 @@ def until_or_default(scene: Scene, until: float | None, max_contacts: int | None
             )
         return until
     if scene.settings.until is not None or max_contacts is not None:
-        return scene.settings.until  # it also ends a run to a number of contacts, as in Simulation.run
+        return scene.settings.until  # it also ends a run with max_contacts, as in Simulation.run
     return scene.start + 1.0
 
 
@@ -200,7 +196,7 @@ def broad_choice(text: str | None, options: Sequence[str] | None) -> tuple[str |
 
 
 def narrow_choice(texts: Sequence[str] | None) -> dict[str, dict[str, Any]] | None:
-    """Returns the narrow phases of ``--narrow-phase``, each with its options; None where none is named."""
+    """Returns the narrow phases of ``--narrow-phase``, each with its options; None without one."""
     return dict(map(read_phase, texts or ())) or None
 
 

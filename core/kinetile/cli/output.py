@@ -1,4 +1,4 @@
-"""Results on stdout, one set of rows in three forms: tables for people, as wide as the terminal, JSON and
+"""Results on stdout. One set of rows has three forms: tables for people, as wide as the terminal; JSON and
 CSV, with every digit, for programs. Rich is imported when a table is drawn."""
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 _ENDLESS = 100_000
 _WITHIN = "\0"
-"""Before the name of an entry of a table, until it is printed: names have dots of their own (``P.error``)."""
+"""Stands before the name of an entry until it is printed: names may contain dots (``P.error``)."""
 
 
 def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
-    """Prints a result as JSON, or its rows as CSV, if one of them is chosen; returns whether it was."""
+    """Prints a result as JSON, or its rows as CSV, if one of them is chosen; returns True then."""
     if json:
         echo(as_json(result))
     elif csv:
@@ -39,13 +39,13 @@ def printed(result: Any, rows: Iterable[Any], *, json: bool, csv: bool) -> bool:
 
 
 def as_json(result: Any) -> str:
-    """Returns a result as JSON text; JSON has no numbers that are not finite: they become null."""
+    """Returns a result as JSON text; numbers that are not finite, which JSON lacks, become null."""
     return json_format.dumps(_plain(result), indent=2, allow_nan=False)
 
 
 def as_csv(rows: Iterable[Any]) -> str:
     """Returns rows (mappings, dataclasses or named tuples) as CSV text, with every digit: a column for each
-    entry of a table (``outer.inner``), JSON of a list, an empty field for what is missing."""
+    entry of a table (``outer.inner``), lists as JSON, an empty field for a missing entry."""
     flat = [dict(_flat(_plain(_fields(row)))) for row in rows]
     names = dict.fromkeys(name for row in flat for name in row)
     kept = [name for name in names if not any(other.startswith(name + _WITHIN) for other in names)]
@@ -102,8 +102,8 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
 
 
 def show(*parts: Any) -> None:
-    """Prints tables and lines to stdout: as wide as the terminal, and unbroken elsewhere, for programs; a
-    table with columns of numbers is unbroken everywhere."""
+    """Prints tables and lines to stdout: as wide as the terminal, and unbroken elsewhere, for programs. A
+    table with columns of numbers is never broken."""
     from rich.console import Console
     from rich.measure import Measurement
     from rich.table import Table
@@ -124,13 +124,13 @@ def show(*parts: Any) -> None:
 
 
 def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], shared: int = 0) -> Table:
-    """Returns rows as a table: ``columns`` maps the head of each to a function from a row to its text."""
+    """Returns rows as a table: ``columns`` maps each column's head to a function from a row to its text."""
     return rows_table(list(columns), [[text(row) for text in columns.values()] for row in rows], shared)
 
 
 def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int = 0) -> Table:
-    """Returns rows of texts as a table, with heads as in ``empty_table``; the same text in the first
-    ``shared`` columns is shown once, with a line before others."""
+    """Returns rows of texts as a table, with heads as in ``empty_table``. The same text in the first
+    ``shared`` columns is shown once, with a line before another text."""
     table = empty_table(*heads)
     last: list[str] | None = None
     for row in rows:
@@ -143,14 +143,14 @@ def rows_table(heads: Sequence[str], rows: Iterable[Sequence[str]], shared: int 
 
 
 def empty_table(*heads: str) -> Table:
-    """Returns an empty table; ``>`` begins the head of a column of numbers, ``|`` of one that never wraps."""
+    """Returns an empty table; ``>`` begins the head of a column of numbers, ``|`` if it never wraps."""
     from rich import box
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for head in heads:
         mark, _, text = head.partition(" ") if head[:2] in ("> ", "| ") else ("", "", head)
-        whole = mark == "|"  # on a narrow terminal such a text is cut, and ends in a mark that says so
+        whole = mark == "|"  # a narrow terminal cuts such a text, and marks the cut
         table.add_column(
             text,
             justify="right" if mark == ">" else "left",
@@ -161,7 +161,7 @@ def empty_table(*heads: str) -> Table:
 
 
 def show_labels(lines: Iterable[tuple[str, str]]) -> None:
-    """Prints labels and texts as two columns, like ``show`` without Rich: a twentieth of a short run."""
+    """Prints labels and texts as two columns, like ``show``, but without Rich: a twentieth of a short run."""
     labels, texts = ([*map(legible, each)] for each in zip(*lines, strict=True))
     width = max(map(len, labels)) + 2
     wide = get_terminal_size().columns - width if sys.stdout.isatty() else _ENDLESS

@@ -1,4 +1,4 @@
-"""The commands about plugins: ``kinetile plugins`` and ``scenes`` list what can be chosen by name, and
+"""The commands about plugins: ``kinetile plugins`` and ``scenes`` list the names that a user can choose, and
 ``new-plugin`` writes a package to begin with."""
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def plugins(json: Json = False, csv: Csv = False) -> None:
-    """List what is installed, with the options of each, and the plugins that failed to load.
+    """Lists installed phases and recipes with their options, and the plugins that failed to load.
 
     For example: kinetile plugins --json
     """
@@ -36,7 +36,7 @@ def plugins(json: Json = False, csv: Csv = False) -> None:
 
 
 def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    """Returns every phase and recipe that can be chosen by name, and its package."""
+    """Returns a table of all phases and recipes that can be chosen by name, with their packages."""
     rows = []
     for row in sorted(listing["provided"], key=lambda row: str(row["kind"]).split()[::-1]):
         notes = [f"also called {', '.join(row['aliases'])}"] if row["aliases"] else []
@@ -51,7 +51,7 @@ def plugins_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
 
 
 def options_table(listing: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    """Returns the options of all that takes some: their types and defaults; those of every recipe once."""
+    """Returns a table of all options, with types and defaults; options of every recipe appear once."""
     from kinetile.scene.by_name import SHARED_PARAMETERS
 
     shared = [each.name for each in SHARED_PARAMETERS]
@@ -72,7 +72,7 @@ def scenes(
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """List the recipes for scenes and their parameters.
+    """Lists the recipes for scenes and their parameters.
 
     For example: kinetile scenes grid
     """
@@ -131,7 +131,7 @@ def _options(kind: PluginKind, name: str, key: str) -> dict[str, Any]:
 
 
 def _type(written: str) -> str:
-    """Returns a type in fewer letters: that of several numbers as ``float, ...``."""
+    """Returns a type in fewer letters: several numbers as ``float, ...``."""
     return written.removeprefix("tuple[").removesuffix("]")
 
 
@@ -140,11 +140,11 @@ def _default(parameter: Mapping[str, Any]) -> str:
 
 
 def new_plugin(
-    name: Annotated[str, argument("The name of what it brings.", "NAME")],
+    name: Annotated[str, argument("The name of the new plugin.", "NAME")],
     kind: Annotated[str, option("A broad-phase, response, observable or recipe.", "KIND")] = "broad-phase",
     into: Annotated[Path, option("The folder to write the package into.", "DIR")] = Path(),
 ) -> None:
-    """Writes a package with a broad phase, or another plugin, that works, to begin your own with.
+    """Writes a package with a working broad phase, or another plugin, as a start for your own.
 
     For example: kinetile new-plugin stripes --into plugins
     """
@@ -153,5 +153,5 @@ def new_plugin(
     folder = write_package(name, into, kind)
     written = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
     echo(f"{folder}: {', '.join(written)}")
-    echo("to make it known here, and test it:")
+    echo("to install it here, and test it:")
     echo(f"  cd {shlex.quote(str(folder))}\n  pip install -e '.[test]'\n  pytest")

@@ -39,7 +39,7 @@ def run(
     ] = None,
     encounters: Annotated[
         Path | None,
-        cli.option("Write who passes whom, from when to when, and how close, to a new file, .csv.", "FILE"),
+        cli.option("Write each encounter, its bodies, times and distance, to a new file, .csv.", "FILE"),
     ] = None,
     checkpoint: Annotated[
         Path | None, cli.option("Save the run regularly to a file, for `kinetile resume`.", "FILE")
@@ -52,7 +52,7 @@ def run(
         Path | None, cli.option("Save the scene with these phases and this end as a TOML file.", "FILE")
     ] = None,
     explain: Annotated[
-        bool, cli.flag("Print what is modelled and what is left out; run nothing.", "--explain")
+        bool, cli.flag("Print the modelled and the omitted parts; run nothing.", "--explain")
     ] = False,
     audit: Annotated[
         int | None, cli.option("Check all invariants every N contacts (slow).", "N", least=1)
@@ -63,7 +63,7 @@ def run(
     csv: cli.Csv = False,
     quiet: cli.Quiet = False,
 ) -> None:
-    """Runs a scene and print what happened.
+    """Runs a scene and prints the result.
 
     For example: kinetile run grid -s bodies=100 --until 2
     """
@@ -77,7 +77,7 @@ def run(
         written |= {"--checkpoint": checkpoint, "--encounters": encounters}
         if encounters is not None and checkpoint is not None:
             raise BadOption(
-                "--encounters is of one whole run, and a checkpoint is taken up by another one: expected "
+                "--encounters is of one whole run, but a checkpoint is continued by another one: expected "
                 "--events in its place, and in the end kinetile.encounters(kinetile.Trajectory.read(FILE))"
             )
         source = Path(scene) if scene.lower().endswith(".toml") else None
@@ -144,7 +144,7 @@ def resume(
         int | None,
         cli.option("Stop after this number of further contacts, instead of the original end.", "N", least=0),
     ] = None,
-    broad_phase: Annotated[str | None, cli.option("Go on under this broad phase.", "NAME")] = None,
+    broad_phase: Annotated[str | None, cli.option("Continue under this broad phase.", "NAME")] = None,
     events: Annotated[
         Path | None, cli.option("Write every event to this file, instead of the one before.", "FILE")
     ] = None,
@@ -157,9 +157,9 @@ def resume(
     csv: cli.Csv = False,
     quiet: cli.Quiet = False,
 ) -> None:
-    """Continue a run from its checkpoint, and go on saving it there.
+    """Continues a run from its checkpoint, and saves it there again.
 
-    What the run observes is observed further; --observe with other observables begins them now, instead.
+    The run's observables continue; --observe with other observables begins these now, instead.
 
     For example: kinetile resume run.checkpoint --until 10
     """
@@ -184,7 +184,7 @@ def resume(
         goes_on = begun == before and bool(before and simulation.observed)
         if not goes_on and (done if begun else simulation.observed):
             what = ", ".join(begun) or "nothing"
-            notice(f"kinetile: {what} is observed from time {simulation.time:.10g} on, and nothing of before")
+            notice(f"kinetile: {what} is observed from time {simulation.time:.10g} on, not before")
         kept = {**requested, "observe": begun}
         saves = runner.Checkpoint(simulation, recorder, file, every or note.get("every"), kept)
         most = requested["max_contacts"]
@@ -203,14 +203,14 @@ def resume(
 
 
 def recover(
-    partial: Annotated[Path, cli.argument("What a run with --events FILE has left.", "FILE.partial")],
+    partial: Annotated[Path, cli.argument("The partial file of a run with --events FILE.", "FILE.partial")],
     out: Annotated[
-        Path | None, cli.option("The event file to make; without it FILE, and FILE.partial goes.", "FILE")
+        Path | None, cli.option("The new event file; without it FILE, and FILE.partial is removed.", "FILE")
     ] = None,
     overwrite: Annotated[bool, cli.flag("Replace an event file that exists.", "--overwrite")] = False,
     json: cli.Json = False,
 ) -> None:
-    """Makes an event file from what a killed run has left.
+    """Makes an event file from the partial file of a killed run.
 
     For example: kinetile recover run.parquet.partial
     """
@@ -259,7 +259,7 @@ def _recorder(
 
 
 def _resumed_recorder(simulation: Simulation, events: Path, requested: dict[str, Any]) -> EventRecorder:
-    """Returns a recorder that continues the file of the run so far, where that file exists."""
+    """Returns a recorder that continues the event file of the run, if that exists."""
     recorder = _recorder(simulation, events, requested, behind=simulation)
     if simulation.rows and not recorder.goes_on:
         notice(
@@ -272,8 +272,8 @@ def _resumed_recorder(simulation: Simulation, events: Path, requested: dict[str,
 def _requested_end(
     simulation: Simulation, note: dict[str, Any], done: int, until: float | None, max_contacts: int | None
 ) -> dict[str, Any]:
-    """Returns the end of a resumed run: the new one, the one before, or the scene's; ``max_contacts`` is
-    counted from the start, with ``done`` contacts so far."""
+    """Returns the end of a resumed run: the new one, the one before, or the scene's. ``max_contacts`` is
+    counted from the start of the run, with its ``done`` contacts so far."""
     if until is not None and until < simulation.time:
         raise BadOption(f"--until is {until!r}, and the checkpoint is of time {simulation.time!r}")
     if until is not None or max_contacts is not None:

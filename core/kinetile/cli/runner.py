@@ -1,4 +1,4 @@
-"""Runner of ``kinetile run`` and ``kinetile resume``. Whatever ends a run (its end, a fault, a signal, a full
+"""Runner of ``kinetile run`` and ``kinetile resume``. However a run ends (its end, a fault, a signal, a full
 disk), the events file is closed, the checkpoint holds the present moment, and the results are printed."""
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     from kinetile.statistics import Observed
 
 EVERY = 60.0
-"""Seconds between two checkpoints, unless ``--every`` says otherwise."""
+"""Seconds between two checkpoints without ``--every``."""
 
 
 _VERBOSE = {"unaccounted energy", "lateness"}
-"""Readings that a run prints with ``--verbose``: of most runs both are 0."""
+"""Readings that a run prints only with ``--verbose``: in most runs both are 0."""
 
 
 class RunEnd(NamedTuple):
-    """How a run ended: a word, an exit code, and the message that goes with a code other than 0."""
+    """The end of a run: a word, an exit code, and the message of a code other than 0."""
 
     status: str
     code: int = 0
@@ -60,9 +60,9 @@ def run_to_end(
     observe: Sequence[str] | Observed = (),
     observe_to: Path | None = None,
 ) -> None:
-    """Runs, writes the contacts and what is observed if requested, and prints the result, unless ``prints``
-    has done so; raises typer.Exit if it ended badly. ``requested`` is the end, its contacts counted from the
-    start of the run; ``max_contacts`` is the number of further ones."""
+    """Runs; writes the contacts and observed quantities if requested; prints the result, unless ``prints``
+    has done so; raises typer.Exit with a code other than 0. ``requested`` is the end, its contacts counted
+    from the start of the run; ``max_contacts`` is the number of further contacts."""
     rows = None if encounters is None or recorder is not None else list[Any]()
     ending = _carry_out(simulation, recorder, requested["until"], max_contacts, checkpoint, observe, rows)
     if contacts is not None:
@@ -88,7 +88,7 @@ def run_to_end(
             show_labels(_lines(found, simulation.scene, verbose))
             if observe:
                 show(observed_table(simulation.observed))
-    finally:  # also where the reader of the result has gone
+    finally:  # also if the reader of the result has closed the pipe
         if observe_to is not None:
             write_observed(simulation.observed, observe_to)
     if ending.code:
@@ -105,7 +105,7 @@ def _carry_out(
     observe: Sequence[str] | Observed,
     rows: list[Any] | None,
 ) -> RunEnd:
-    """Runs, saves if requested, and always closes the events file; without one ``rows`` get the events."""
+    """Runs, saves if requested, and always closes the events file; ``rows``, if given, gets the events."""
     saved = ""
     if checkpoint is not None:
         checkpoint.begin()
@@ -142,7 +142,7 @@ def _carry_out(
             return RunEnd("interrupted", 128 + number, f"interrupted at time {simulation.time:.10g}{saved}")
         except (*EXIT_ERRORS, Refused) as error:
             if isinstance(error, Refused) and simulation.time == simulation.scene.start:
-                raise  # the scene, and not a command on the way
+                raise  # the scene is at fault, not a later command
             return RunEnd(f"fault: {type(error).__name__}", EXIT_FAULT, str(error))
     return RunEnd("complete")
 
@@ -170,7 +170,7 @@ def _write_encounters(
 
 @contextmanager
 def only_writer(path: Path | None) -> Iterator[None]:
-    """Within this context no other process runs on this checkpoint; BadOption where one does already."""
+    """Within this context no other process runs on this checkpoint; raises BadOption if one does."""
     with ExitStack() as stack:
         if path is not None and path.name:
             from kinetile.records.locks import alone
@@ -181,26 +181,26 @@ def only_writer(path: Path | None) -> Iterator[None]:
 
 
 def check_checkpoint(path: Path | None, every: float | None, overwrite: bool) -> None:
-    """Raises BadOption where a checkpoint would replace an old one, or another file."""
+    """Raises BadOption if a checkpoint would replace an old one, or another file."""
     from kinetile.run.saving.files import check_target
 
     if path is None:
         if every is not None:
-            raise BadOption("--every says how often --checkpoint saves, and there is none: expected its FILE")
+            raise BadOption("--every is the interval of --checkpoint, which is missing: expected its FILE")
         return
     with file_errors("--checkpoint"):
         target = check_target(path)
     if target.exists() and not overwrite:
         raise BadOption(
-            f"--checkpoint: {path} is there already: `kinetile resume {path}` goes on from it; choose "
+            f"--checkpoint: {path} is there already: `kinetile resume {path}` continues it; choose "
             "another name, or say --overwrite"
         )
 
 
 @dataclass
 class Checkpoint:
-    """Saves a simulation to a file, with a ``note``: when a run begins, at intervals of some seconds, and at
-    its end. One that cannot be written is reported, and the run goes on: the one before is still valid."""
+    """Saves a simulation to a file, with a ``note``: at the start of a run, at intervals of some seconds and
+    at its end. A failure to write is reported, and the run continues: the last checkpoint is still valid."""
 
     simulation: Simulation
     recorder: EventRecorder | None
@@ -216,7 +216,7 @@ class Checkpoint:
         self._time: float | None = None
 
     def begin(self) -> None:
-        """Saves before anything is run or recorded, so that a failure is reported now, by BadOption."""
+        """Saves before the run and its records begin, so that a failure is reported now, by BadOption."""
         with file_errors("--checkpoint"):
             self._save()
 
@@ -242,7 +242,7 @@ class Checkpoint:
             notice(f"kinetile: --checkpoint: {error} ({self._last_state})")
 
     def save_after(self, signals: FirstSignal) -> str:
-        """Saves because of a signal, unless another one cancels that; returns the end of the message."""
+        """Saves because of a signal, unless another signal cancels that; returns the end of the message."""
         try:
             with signals.another_ends():
                 self.save()
@@ -250,7 +250,7 @@ class Checkpoint:
             return f"; {error} ({self._last_state})"
         except KeyboardInterrupt:
             return f"; not saved any more ({self._last_state})"
-        return f"; `kinetile resume {self.path}` goes on from there"
+        return f"; `kinetile resume {self.path}` continues from there"
 
     @property
     def _last_state(self) -> str:

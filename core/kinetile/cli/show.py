@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from kinetile.show.player.view import ShownPhase
 
 VIEWS_GROUP = "kinetile.views"
-"""Entry points by which plugins show scene files of their own kind: each is a function of a path, a broad
-phase (or None) and ``until``, and returns a View, or None for a file that is not of its kind."""
+"""The group of entry points of plugins that show their own kind of scene files: each is a function of a path,
+a broad phase (or None) and ``until``, and returns a View, or None for a file of another kind."""
 
 PairsOption = Annotated[
     bool | None, cli.flag("Draw lines between pairs of bodies; by default, up to 400.", "--pairs/--no-pairs")
@@ -43,7 +43,7 @@ def draw(
     space_time: Annotated[
         str | None,
         cli.option(
-            "Draw a run in place of a moment: x or y to the right, time upwards, from --at to --until.",
+            "Draw a run instead of a moment: x or y to the right, time upwards, from --at to --until.",
             "AXIS",
             "--space-time",
         ),
@@ -101,7 +101,7 @@ def draw(
 
         end = cli.until_or_default(this_scene, until, None)
         if end is None or not simulation.time < end:
-            raise BadOption(f"--until is {end!r}; expected a time after that of --at, {simulation.time!r}")
+            raise BadOption(f"--until is {end!r}; expected a time after --at, {simulation.time!r}")
         drawn = space_time_svg(take_space_time(simulation, end, space_time))
     with file_errors(f"--out {out}"):
         write_file(out, drawn)
@@ -127,7 +127,7 @@ def view(
     until: Annotated[
         float | None, cli.option("Show until this time; the scene's own `until`, or one time unit.", "TIME")
     ] = None,
-    at: Annotated[float | None, cli.option("The time at which the page opens.", "TIME")] = None,
+    at: Annotated[float | None, cli.option("The time that the page shows first.", "TIME")] = None,
     steps: Annotated[
         bool, cli.flag("Include every step of the broad phase between contacts.", "--steps/--no-steps")
     ] = True,
@@ -139,11 +139,11 @@ def view(
         float | None, cli.option("Duration of the film in seconds; 8 by default.", "SECONDS")
     ] = None,
     width: Annotated[int | None, cli.option("Width of the film in pixels; 640.", "N")] = None,
-    overwrite: Annotated[bool, cli.flag("Replace a file that is there.", "--overwrite")] = False,
+    overwrite: Annotated[bool, cli.flag("Replace an existing file.", "--overwrite")] = False,
     show: Annotated[bool, cli.flag("Open the page in the browser.", "--open")] = False,
     compiled: cli.Compiled = None,
 ) -> None:
-    """Writes an interactive page in which a run plays: one file, exact at any moment, event by event.
+    """Writes an interactive page that plays a run: one file, exact at any moment, event by event.
 
     With --out FILE.gif or FILE.mp4, a film of the run.
 

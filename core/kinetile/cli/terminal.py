@@ -31,22 +31,22 @@ EXIT_ERRORS = (*FAULTS_OF_RUNS, RecordError)
 """Errors of a run after a correct command."""
 
 BAR_DELAY = 2.0
-"""Seconds a run may take before its progress is shown."""
+"""Seconds that a run may take before its progress is shown."""
 
 
 def echo(text: str = "") -> None:
-    """Prints a result to stdout, without the control characters that a text from elsewhere may have."""
+    """Prints a result to stdout, without the control characters of a foreign text."""
     put(legible(text) + "\n")
 
 
 def put(text: str) -> None:
-    """Writes to stdout, now. Click would change the encoding of a stream that is ASCII."""
+    """Writes to stdout at once. Click would change the encoding of an ASCII stream."""
     sys.stdout.write(text)
     sys.stdout.flush()
 
 
 def notice(text: str) -> None:
-    """Writes a line to stderr. A closed or full stderr is no error: the result matters more than the line."""
+    """Writes a line to stderr. A closed or full stderr is not an error: the result matters more."""
     if sys.stderr is None:
         return
     try:
@@ -58,9 +58,9 @@ def notice(text: str) -> None:
 
 @contextmanager
 def results_on_stdout() -> Iterator[None]:
-    """Within this context results are printed; where they cannot be, an error message and exit code 1 follow.
-    A closed stdout is reported before any work is done. Where the reader of a pipe has gone, nothing is said,
-    and the exit code is that of SIGPIPE, as of other programs. What an encoding lacks is escaped."""
+    """Within this context results are printed; if they cannot be, an error message and exit code 1 follow. A
+    closed stdout is reported before any work is done. If the reader of a pipe has closed it, no message
+    follows, and the exit code is SIGPIPE's, as usual. Characters that an encoding lacks are escaped."""
     if sys.stdout is None:
         notice("kinetile: the result cannot be printed: stdout is closed")
         raise SystemExit(EXIT_FAULT)
@@ -108,8 +108,8 @@ def exit_codes() -> Iterator[None]:
 
 
 def make_ready(simulation: Simulation, label: str = "") -> None:
-    """Compiles a simulation's loop, unless it begins as Python; prints a notice when that takes long, once
-    for each choice of phases."""
+    """Compiles a simulation's loop, unless it begins as Python; prints a notice if that takes long, once for
+    each choice of phases."""
     if not simulation.compiled:
         return
     fresh = simulation.cached is False
@@ -122,8 +122,8 @@ def make_ready(simulation: Simulation, label: str = "") -> None:
 
 
 class FirstSignal:
-    """A context in which the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, with its ``number``,
-    and later ones, which could interrupt the closing of a file, are ignored; only on the main thread."""
+    """Within this context the first Ctrl-C, SIGTERM or SIGHUP raises KeyboardInterrupt, with its ``number``.
+    Later ones are ignored: they could interrupt the closing of a file. Only the main thread handles them."""
 
     def __init__(self) -> None:
         self.number: int | None = None
@@ -142,7 +142,7 @@ class FirstSignal:
             signal.signal(number, handler)
 
     def check(self) -> None:
-        """Raises KeyboardInterrupt if a signal has come: one raised in a callback may be lost there."""
+        """Raises KeyboardInterrupt after a signal: an exception in a callback may have been lost there."""
         if self.number is not None:
             raise KeyboardInterrupt(self.number)
 
@@ -181,7 +181,7 @@ class Bar(AbstractContextManager["Bar"]):
             self._bar = None
 
     def __call__(self, progress: Progress) -> None:
-        """Shows how far a run is, from the progress that ``Simulation.run`` reports."""
+        """Shows the position of a run, from the progress that ``Simulation.run`` reports."""
         shares = []
         if progress.until is not None and progress.until > self.start:
             shares.append((progress.time - self.start) / (progress.until - self.start))
@@ -194,7 +194,7 @@ class Bar(AbstractContextManager["Bar"]):
         )
 
     def count(self, done: int, total: int) -> None:
-        """Shows how many steps of a total are done."""
+        """Shows the number of finished steps of a total."""
         self.show(done / total, f"{done} of {total} runs")
 
     def show(self, share: float | None, text: str) -> None:

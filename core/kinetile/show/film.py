@@ -1,6 +1,6 @@
 """A film of a run: pictures at evenly spaced times, as an animated GIF, or as a video.
 
-All frames have one view: the arena, or what all bodies reach in the whole film.
+All frames have one view: the arena, or the box that all bodies reach in the whole film.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ _FLATTEST = 1e-3  # the least height of a view in widths, and the least width in
 @dataclass(frozen=True)
 class Film:
     """A film of a run; a notebook shows it. ``simulation`` is at the scene's start and does not change,
-    ``times`` are those of the frames, in the scene's time, ``width`` is in pixels; whether the ``structure``
-    of the broad phase and lines between ``pairs`` are drawn (None: as in a picture)."""
+    ``times`` are the times of the frames, in the scene's time, and ``width`` is in pixels. ``structure`` of
+    the broad phase and lines between ``pairs`` are drawn if True (``pairs`` None: as in a picture)."""
 
     simulation: Simulation
     times: tuple[float, ...]
@@ -52,7 +52,7 @@ class Film:
     pairs: bool | None = None
 
     def frames(self) -> Iterator[Image]:
-        """Yields RGB images of Pillow. Raises MissingExtra without matplotlib, and as ``Simulation.run``."""
+        """Yields RGB images of Pillow. Raises MissingExtra without matplotlib; else as ``Simulation.run``."""
         check_printing("Drawing a film")
         from PIL.Image import fromarray
 
@@ -70,10 +70,10 @@ class Film:
         progress: Callable[[int, int], None] | None = None,
     ) -> Path:
         """Writes the film to a file that ends in .gif, which is added to a name without an ending, or in .mp4
-        (extra ``film``), complete or not at all, and returns its path; ``progress`` is called after each
-        frame, with the number of frames so far and of all. It replaces another film. Raises MissingExtra
-        without matplotlib, or for .mp4 without PyAV, and BadOption for a file of another name, any other file
-        (unless ``overwrite``) or one that cannot be written."""
+        (extra ``film``), complete or not at all, and returns its path. Calls ``progress`` after each frame
+        with the numbers of finished frames and of all frames. Replaces another film. Raises MissingExtra
+        without matplotlib, or for .mp4 without PyAV, and BadOption for a file of another name, for any other
+        file (unless ``overwrite``) and for one that cannot be written."""
         target = given if (given := Path(path)).suffix else Path(f"{given}.gif")
         write = {".gif": self._write_gif, ".mp4": self._write_mp4}.get(target.suffix.lower())
         if write is None:
@@ -103,7 +103,7 @@ class Film:
     def _write_mp4(self, file: BinaryIO, images: Iterator[Image]) -> None:
         av = needed("Writing a film as .mp4", "av", "film")
         first = next(images)
-        wide, high = (side // 2 * 2 for side in first.size)  # the form needs even sides
+        wide, high = (side // 2 * 2 for side in first.size)  # the format needs even sides
         with av.open(file, "w", format="mp4") as video:
             video.metadata["comment"] = MARK
             stream = video.add_stream("libx264", rate=FRAMES)
@@ -124,27 +124,27 @@ class Film:
             simulation.run(time)
             picture = take_picture(simulation, structure=structure, pairs=pairs)
             left_out = left_out or picture.left_out
-            pairs = not left_out if pairs is None else pairs  # for all frames: else lines would flicker
+            pairs = not left_out if pairs is None else pairs  # the same in all frames: no flicker
             yield time, replace(picture, left_out=left_out)
 
     def _view(self) -> tuple[Position, Position]:
-        """Returns the corners of what the film shows; without an arena, by a run for the positions alone."""
+        """Returns the corners of the film's view; without an arena, a run collects the positions first."""
         if self.simulation.scene.arena is not None:
             return (0.0, 0.0), self.simulation.scene.arena
         views = [(*picture.low, *picture.high) for _, picture in self._pictures(False)]
         lefts, bottoms, rights, tops = zip(*views, strict=True)
         left, bottom, right, top = min(lefts), min(bottoms), max(rights), max(tops)
-        # Segments without an arena may all be on one line, and a view then has no width or no height.
+        # Without an arena, all segments may be on one line: the view then has no width or no height.
         flat = _FLATTEST * max(right - left, top - bottom)
         return (left, bottom), (max(right, left + flat), max(top, bottom + flat))
 
     def _caption(self, time: float, picture: Picture) -> str:
         """Returns the text below a frame. The time has a fixed number of digits, so that it does not jump."""
-        # Two frames may have the same time, in a window of a few ulps: the whole of it is never 0.
+        # Two frames may have the same time in a window of a few ulps, but the whole window is never 0.
         whole = math.log10(self.times[-1] - self.times[0])
         digits = 1 - math.floor(whole - math.log10(len(self.times) - 1))
         now = f"{time:.{digits}f}" if 0 < digits < 10 else f"{time:.6g}"
-        bodies = len({disc.number for disc in picture.discs})  # images over periodic borders are no bodies
+        bodies = len({disc.number for disc in picture.discs})  # images over periodic borders are not bodies
         what = counted(self.simulation.scene, bodies)
         return f"time {now}: {what} under {self.simulation.broad_phase}{picture.left_out}"
 
@@ -160,19 +160,19 @@ def film(
     structure: bool = True,
     pairs: bool | None = None,
 ) -> Film:
-    """Returns a film of the run of a simulation so far, including interactive commands; before a run, of its
-    future. It is run again from the start, and the simulation does not change.
+    """Returns a film of the run of a simulation so far, with its interactive commands; before a run, of its
+    future. The run is repeated from the start, and the simulation does not change.
 
     Args:
         until: the time of the last frame, in the scene's time; None: the present time, or before a run the
             scene's own ``until``, or one time unit.
-        begin: that of the first frame; None: the scene's start.
-        seconds: how long the film plays, at 25 frames a second.
-        width: of a frame, in pixels; a scene taller than twice that is drawn smaller.
-        structure: whether the structure of the broad phase is drawn.
-        pairs: whether lines between pairs of bodies are drawn; None: up to 400 in the first frame.
+        begin: the time of the first frame; None: the scene's start.
+        seconds: the duration of the film, at 25 frames a second.
+        width: the width of a frame in pixels; a scene taller than twice that is drawn smaller.
+        structure: True if the structure of the broad phase is drawn.
+        pairs: True if lines between pairs of bodies are drawn; None: up to 400 in the first frame.
 
-    Raises BadOption for values that make no film.
+    Raises BadOption for values without a film.
     """
     scene = to_show(simulation)
     first, last = window(scene, begin, until)
@@ -197,7 +197,7 @@ def film(
 
 
 def _palette() -> Iterator[int]:
-    """Yields the 242 colours of all frames: those of a look in 16 steps, over the paper and over a disc."""
+    """Yields the 242 colours of all frames: each look in 16 steps, over the paper and over a disc."""
     from PIL.ImageColor import getrgb
 
     colours = {look.colour: None for look in (*LOOKS.values(), NEXT_LOOK)} | {

@@ -1,8 +1,8 @@
 """HTML of a scene, a simulation, readings and estimates: a table, and the picture of the moment beside it.
 
-Of more than ``MOST_STRUCTURE`` bodies the structure is left out, as is one of more than ``MOST_SHAPES``
-shapes or one that is not built yet; of more than ``MOST_BODIES`` there is no picture. A display changes
-nothing, compiles nothing and raises nothing: it says what is left out, and which errors happened. All text is
+Above ``MOST_STRUCTURE`` bodies the structure is left out, as is a structure of more than ``MOST_SHAPES``
+shapes or one that is not built yet; above ``MOST_BODIES`` there is no picture. A display changes nothing,
+compiles nothing and raises nothing: it names the omitted parts and the errors that happened. All text is
 escaped; styles are in the tags and name no colour, for dark pages.
 """
 
@@ -36,8 +36,8 @@ Thing = Scene | Simulation | Readings | Observed
 
 
 def as_html(thing: Thing) -> str:
-    """Returns the notebook display of a scene, a simulation, readings or what was observed: a table, and the
-    picture of the moment. Raises nothing: errors are shown in it."""
+    """Returns the notebook display of a scene, a simulation, readings or estimates: a table, and the
+    picture of the moment. Raises nothing: the display shows errors."""
     try:
         if isinstance(thing, Readings):
             return facts("Readings", reading_lines(thing.as_dict()))
@@ -59,11 +59,11 @@ def as_html(thing: Thing) -> str:
 
 def as_svg(thing: Scene | Simulation) -> str | None:
     """Returns the picture of a scene at its start, or of a simulation now, as SVG; None without one,
-    for one of the reasons that ``as_html`` gives. Raises nothing."""
+    for a reason that ``as_html`` names. Raises nothing."""
     try:
         picture, _ = _picture(thing)
         return None if picture is None else _svg(thing, picture).decode()
-    except Exception:  # as_html says what it is
+    except Exception:  # as_html shows the error
         return None
 
 
@@ -74,21 +74,21 @@ def _svg(thing: Scene | Simulation, picture: Picture) -> bytes:
 def _picture(thing: Scene | Simulation) -> tuple[Picture | None, str]:
     count = len(thing if isinstance(thing, Scene) else thing.bodies)
     if count > MOST_BODIES:
-        return None, f"No picture: of more than {MOST_BODIES:,} bodies none is drawn here"
+        return None, f"No picture: more than {MOST_BODIES:,} bodies are not drawn here"
     if isinstance(thing, Scene):
         return picture_of_scene(thing), ""
     bodies = take_picture(thing, structure=False)
     if not all(math.isfinite(x) for disc in bodies.discs for x in disc.at):
         return None, "No picture: a body is at no finite place"
     if count > MOST_STRUCTURE:
-        return bodies, f"Without the structure: it is drawn here of up to {MOST_STRUCTURE} bodies"
+        return bodies, f"Without the structure: it is drawn here for up to {MOST_STRUCTURE} bodies"
     if not thing.built:
         return bodies, "Without the structure: it is not built yet; run() or build() does that"
     try:
         whole = take_picture(thing)
     except BusyError as busy:
         return None, f"No picture: {busy}"
-    except Exception as error:  # the phase's draw, say
+    except Exception as error:  # for example in the phase's draw
         return bodies, f"Without the structure: {type(error).__name__}: {error}"
     if len(whole.shapes) > MOST_SHAPES:
         text = f"it has {len(whole.shapes):,} shapes, and up to {MOST_SHAPES:,} are drawn here"
@@ -187,7 +187,7 @@ def paragraph(text: str) -> str:
 
 
 def figure(svg: bytes, words: str, width: int = 480) -> str:
-    """Returns a picture as an image of a limited width in pixels, with words for screen readers."""
+    """Returns a picture as an image of a limited width in pixels, with a text for screen readers."""
     data = b64encode(svg).decode("ascii")
     return (
         f'<img alt="{escape(words)}" style="width:100%;max-width:{width}px;height:auto" '

@@ -1,5 +1,5 @@
-"""Displays of a notebook: IPython gets the names of the types that have one, and calls ``show.html``. It is
-done when kinetile is imported in a running IPython, or by ``%load_ext kinetile.show.notebook``."""
+"""Displays of a notebook: IPython receives the names of the types that have one, and calls ``show.html``.
+They are registered when a running IPython imports kinetile, or by ``%load_ext kinetile.show.notebook``."""
 
 import sys
 from typing import Any
@@ -18,7 +18,7 @@ def load_ipython_extension(shell: Any) -> None:
     formatters = shell.display_formatter.formatters
     for module, name in TYPES:
         formatters["text/html"].for_type_by_name(module, name, _html)
-        if name in ("Scene", "Simulation"):  # others are numbers alone
+        if name in ("Scene", "Simulation"):  # others are only numbers
             formatters["image/svg+xml"].for_type_by_name(module, name, _svg)
 
 
@@ -30,7 +30,7 @@ def register_where_ipython_runs() -> None:
 
 
 def _html(thing: Any) -> str:
-    from kinetile.show.html import as_html  # drawing is imported when something is drawn
+    from kinetile.show.html import as_html  # drawing is imported when it is first needed
 
     return as_html(thing)
 

@@ -1,6 +1,6 @@
-"""Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role: colours
-that colour-blind people can distinguish (Okabe and Ito), layer, width and dashes. The same picture gives the
-same bytes, as SVG (``svg``) and as PNG or PDF (``printed``)."""
+"""Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role: layer,
+width, dashes, and colours that colour-blind people can distinguish (Okabe and Ito). The same picture gives
+the same bytes, as SVG (``svg``) and as PNG or PDF (``printed``)."""
 
 import html
 import math
@@ -24,22 +24,22 @@ from kinetile.scene.scene import in_words
 from kinetile.scene.shapes import Shape
 
 PAIRS_DRAWN = 400
-"""The most lines between two bodies that are drawn without ``pairs``: more cover the picture."""
+"""The most lines between two bodies that are drawn without ``pairs``: more would cover the picture."""
 
 WITHOUT_PAIRS = ", without pairs (--pairs)"
-"""The end of the caption of a picture from which they are left out."""
+"""The end of the caption of a picture without lines between pairs."""
 
 Position = tuple[float, float]
 
 
 def escape(text: str) -> str:
-    """Returns a text for HTML and SVG, without control characters and marks of direction, which do harm."""
+    """Returns a text for HTML and SVG, without control characters and marks of direction (harmful there)."""
     return html.escape(legible(text))
 
 
 @dataclass(frozen=True)
 class PlacedDisc:
-    """A body: its position, velocity, radius and number; its shape, if it is no disc."""
+    """A body: its position, velocity, radius and number; its shape, unless it is a disc."""
 
     number: int
     at: Position
@@ -49,17 +49,17 @@ class PlacedDisc:
 
     @property
     def outline(self) -> list[Position]:
-        """The corners of its shape as it is drawn; none of a disc."""
+        """The corners of its drawn shape; empty for a disc."""
         return [] if self.shape is None else outline_of(self.shape, self.at)
 
     @property
     def reaches(self) -> tuple[float, float, float, float]:
-        """How far it reaches to the left, right, bottom and top of its position."""
+        """Its extents to the left, right, bottom and top of its position."""
         return (self.radius,) * 4 if self.shape is None else self.shape.reaches
 
     @property
     def room(self) -> float:
-        """The radius that is left for its number around its position; of a segment along an axis, 0."""
+        """The radius that its number may use around its position; 0 for a segment along an axis."""
         return min(self.reaches)
 
 
@@ -68,13 +68,13 @@ class Picture:
     """A moment of a run.
 
     Attributes:
-        caption, left_out: scene, broad phase and time, in words; its end, where pairs are left out.
-        low, high: corners of the view: the ``arena``, or bounds of bodies, now and at the start, and axis.
-        arrow_time: the time in which a body flies the length of its arrow; 0: none moves.
-        discs: the bodies, by number; then images of those that reach over a periodic border.
-        shapes: what the broad phase draws, every coordinate a number.
-        next: when the first certificate of a shape fails; ticks since the start, None: never.
-        times: when certificates fail, in the scene's time, by their ticks.
+        caption, left_out: scene, broad phase and time, in words; its end, if pairs are left out.
+        low, high: corners of the view: the ``arena``, or the bounds of axis and bodies, now and at the start.
+        arrow_time: the time for which a body flies the length of its arrow; 0: no body moves.
+        discs: the bodies, by number; then the images of bodies that reach over a periodic border.
+        shapes: the shapes that the broad phase draws, with numbers as coordinates.
+        next: the first failure of a shape's certificate, in ticks since the start; None: never.
+        times: the failure times of certificates, in the scene's time, by their ticks.
     """
 
     caption: str
@@ -90,21 +90,21 @@ class Picture:
 
     @property
     def roles(self) -> list[str]:
-        """The roles of its shapes, those below first."""
+        """The roles of its shapes, the lowest layer first."""
         return [role for role in ORDER if any(shape.role == role for shape in self.shapes)]
 
     @property
     def looks(self) -> "list[tuple[str, Look]]":
-        """What a legend names, each with its look: the roles, and the certificate that fails next."""
+        """The entries of a legend with their looks: the roles, and the certificate that fails next."""
         looks = [(role, LOOKS[role]) for role in self.roles]
         return [*looks, ("fails next", NEXT_LOOK)] if self.next is not None else looks
 
     def is_next(self, shape: Item) -> bool:
-        """Whether a shape has the certificate that fails first."""
+        """Returns True if a shape has the certificate that fails first."""
         return shape.fails is not None and shape.fails == self.next
 
     def described(self, shape: Item) -> str:
-        """Returns what a shape is, in words: its role, its label, when it fails."""
+        """Returns a shape in words: its role, its label, its failure time."""
         words = [": ".join(filter(None, (shape.role, printable(shape.label))))]
         if shape.fails is not None:
             words.append(f"fails at {self.times[shape.fails]:.6g}")
@@ -112,13 +112,13 @@ class Picture:
 
 
 def wants_pairs(pairs: bool | None, items: Iterable[Item]) -> bool:
-    """Returns whether lines between two bodies are drawn; None: of up to ``PAIRS_DRAWN``."""
+    """Returns True if lines between two bodies are drawn; None: up to ``PAIRS_DRAWN`` lines."""
     return sum(isinstance(item, Link) for item in items) <= PAIRS_DRAWN if pairs is None else pairs
 
 
 def arrow_time(discs: Sequence[PlacedDisc], start: Array) -> float:
-    """Returns the time in which a body flies the length of its arrow, a round number: the fastest at the
-    ``start``, by its velocities, had one of two or three median radii. So pictures of one run share it."""
+    """Returns the time for which a body flies the length of its arrow, a round number. The fastest one of
+    the ``start`` velocities has an arrow of two or three median radii, so pictures of one run share it."""
     moving = sorted((d.radius, v) for d in discs if 1e-200 < (v := math.hypot(*d.velocity)) < 1e200)
     if not moving:
         return 0.0
@@ -137,12 +137,12 @@ def take_picture(
     sim: Simulation, roles: Collection[str] | None = None, structure: bool = True, pairs: bool | None = None
 ) -> Picture:
     """Returns the picture of a simulation now; with ``roles``, only shapes of these roles. Lines between
-    ``pairs``, of which one body is movable, are drawn up to 400 in number, or where a role is ``pair``; of
-    more the caption says that they are left out. Without ``structure`` there is no shape, and the broad phase
-    is neither compiled nor built. Raises ValueError for an unknown role."""
+    ``pairs`` of bodies, one of them movable, are drawn up to 400 in number, or if a role is ``pair``; above
+    that the caption says that they are left out. Without ``structure`` the picture has no shapes, and the
+    broad phase is neither compiled nor built. Raises ValueError for an unknown role."""
     odd = sorted(set(roles or ()) - set(ROLES))
     if odd:
-        raise ValueError(f"{odd[0]!r} is no role; expected some of {', '.join(ROLES)}")
+        raise ValueError(f"{odd[0]!r} is not a role; expected some of {', '.join(ROLES)}")
     positions = sim.positions()
     discs = _discs(sim.bodies, positions, sim.velocities(), sim.radii(), sim.shapes())
     drawn = list(sim.drawing()) if structure else []
@@ -165,7 +165,7 @@ def take_picture(
 
 
 def picture_of_scene(scene: Scene) -> Picture:
-    """Returns the picture of a scene at its start: its bodies and its arena, under no broad phase."""
+    """Returns the picture of a scene at its start: its bodies and its arena, without a broad phase."""
     discs = _first_discs(scene)
     caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
     seen, arrows = (*discs, *_images(discs, scene)), arrow_time(discs, scene.velocity)
@@ -221,7 +221,7 @@ def counted(scene: Scene, count: int) -> str:
 
 
 def corners_of(shape: Item) -> list[Position]:
-    """Returns the corners of a shape with plain numbers, in their order; none of a link's."""
+    """Returns the corners of a shape with plain numbers, in their order; empty for a link."""
     points: tuple[Point, ...] = () if isinstance(shape, Link | Entry) else points_of(shape)
     if isinstance(shape, Box):
         (left, bottom), (right, top) = shape.low, shape.high
@@ -232,7 +232,7 @@ def corners_of(shape: Item) -> list[Position]:
 def _placed(
     item: Item, places: dict[int, Position], turns: dict[int, list[float]], scene: Scene
 ) -> Iterator[Item]:
-    """Yields a shape, with all its images that are seen; a link as a segment to the nearest image."""
+    """Yields all visible images of a shape; a link as a segment to the nearest image."""
     columns, moves = [], []
     axes = zip(zip(*points_of(item), strict=True), scene.periods, strict=True)
     for axis, (column, period) in enumerate(axes):
@@ -271,7 +271,7 @@ def _extent(
 
 class Look(NamedTuple):
     """Look of a role: colour of line and filling, opacity of the filling, width and dashes of the line in
-    points, and whether it lies over the discs."""
+    points, and True if it lies over the discs."""
 
     colour: str
     filled: float
@@ -288,19 +288,19 @@ LOOKS = {
     "pair": Look("#CC79A7", 0.0, 1.4, (), True),
     "certificate": Look("#D55E00", 0.0, 2.0, (), True),
 }
-"""The roles, those below first."""
+"""The roles, the lowest layer first."""
 
 ORDER = tuple(LOOKS)
 
 NEXT_LOOK = Look("#D55E00", 0.30, 2.2)
-"""The look of the next failure, of any role."""
+"""The look of the next failure, for any role."""
 
 FRESH = Look("#E69F00", 0.40, 2.2, (6.0, 3.0))
-"""The look of shapes new with the last event: dashed, unlike the next failure."""
+"""The look of shapes that the last event created: dashed, unlike the next failure."""
 
 
 class Paper(NamedTuple):
-    """Colours of a picture: the paper, what is written on it, a disc and its edge."""
+    """Colours of a picture: the paper, its text, a disc and its edge."""
 
     back: str
     ink: str

@@ -16,21 +16,21 @@ from kinetile.scene.checks import shown
 from kinetile.show.picture import LIGHT, LOOKS, NEXT_LOOK, ORDER, Picture, corners_of, take_picture
 
 INCHES = 6.9
-"""The longer side of what is shown: the text width of an A4 page."""
+"""The longer side of the picture: the text width of an A4 page."""
 
 _READABLE = 0.09
 """The least radius in inches of bodies that show their number."""
 
-_MARGIN, _LINE, _FONT = 12, 20, 11  # of an image, in pixels
+_MARGIN, _LINE, _FONT = 12, 20, 11  # in pixels of an image
 
 
 def check_printing(purpose: str = "Drawing a picture as PNG or PDF") -> None:
-    """Raises MissingExtra where pictures cannot be printed."""
+    """Raises MissingExtra if pictures cannot be printed."""
     needed(purpose, "matplotlib", "figures")
 
 
 def as_printed(picture: Picture, form: str, velocities: bool = False) -> bytes:
-    """Returns a picture as a file of a form, "png" or "pdf", with an arrow for each velocity if wanted.
+    """Returns a picture as a "png" or "pdf" file (``form``), with arrows of ``velocities`` if wanted.
     Raises MissingExtra without matplotlib."""
     check_printing()
     (left, bottom), (right, top) = picture.low, picture.high
@@ -59,9 +59,9 @@ def plot(
     pairs: bool | None = None,
     velocities: bool = False,
 ) -> Any:
-    """Draws a simulation as it is now on axes of matplotlib, those of pyplot without ``ax``, in the scene's
-    lengths, and returns them; with what the broad phase draws (``structure``; lines between ``pairs``, up
-    to 400), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
+    """Draws a simulation as it is now on axes of matplotlib, without ``ax`` on pyplot's, in the scene's
+    lengths, and returns the axes; with the shapes of the broad phase (``structure``; lines between ``pairs``,
+    up to 400), and an arrow for each velocity, if wanted. Raises MissingExtra without matplotlib."""
     if ax is not None and not hasattr(ax, "add_patch"):
         raise BadOption(f"plot: ax is {shown(ax)}; expected axes of matplotlib, or None")
     check_printing("Drawing on axes")
@@ -76,20 +76,20 @@ def plot(
 
 
 def figure_bytes(figure: Any, form: str, **options: Any) -> bytes:
-    """Returns a figure of matplotlib as a file of a form, with options of its ``savefig``."""
+    """Returns a figure of matplotlib as a file of this format, with options of its ``savefig``."""
     written = BytesIO()
     figure.savefig(written, format=form, **options)
     return written.getvalue()
 
 
 def as_pixels(picture: Picture, width: int, caption: str) -> npt.NDArray[np.uint8]:
-    """Returns a picture as an array of pixels, (height, width, 4), with a text below it; one taller than
-    twice its width is drawn smaller."""
+    """Returns a picture as an array of pixels, (height, width, 4), with a text below it; a picture taller
+    than twice its width is drawn smaller."""
     (left, bottom), (right, top) = picture.low, picture.high
     inner = width - 2 * _MARGIN
     scale = min(inner / (right - left), 2 * inner / (top - bottom))
     wide, tall = (right - left) * scale, (top - bottom) * scale
-    # The canvas has whole pixels: those of its size, rounded down.
+    # The canvas has whole pixels: its size is rounded down.
     size = width + 0.25, math.ceil(tall) + 2 * _MARGIN + _LINE + 0.25
     figure = import_module("matplotlib.figure").Figure((size[0] / 72, size[1] / 72), dpi=72)
     place = (size[0] - wide) / 2 / size[0], 1 - (_MARGIN + tall) / size[1], wide / size[0], tall / size[1]

@@ -1,9 +1,9 @@
 """A run in space and time: one coordinate of the bodies to the right, time upwards.
 
-The extent of a body along the axis is a band between two lines, its *bounds*. What sweep-and-prune does can
-be seen in them: where two bounds cross, two entries of its sorted list change places; where two bands
-overlap, the bodies are candidates along this axis. At a contact two bands have a kink. The parabola of a body
-that is accelerated along the axis is drawn as ``PARTS`` straight pieces.
+The extent of a body along the axis is a band between two lines, its *bounds*. The bands show the work of
+sweep-and-prune: if two bounds cross, two entries of its sorted list change places; while two bands overlap,
+the bodies are candidates along this axis. At a contact two bands have a kink. If a body is accelerated along
+the axis, its parabola is drawn as ``PARTS`` straight pieces.
 """
 
 import math
@@ -27,17 +27,17 @@ MOST_PIECES = 20_000
 """The limit of pieces of bands: about 3 MB of SVG."""
 
 PARTS = 16
-"""Pieces between two events of a body that is accelerated."""
+"""Pieces between two events of an accelerated body."""
 
 HEIGHT = 480.0
-"""The height of what is shown, in units of the file."""
+"""The height of the picture, in units of the file."""
 
 LEFT_MARGIN, BELOW = 56.0, 28.0
-"""The room of the names of the axes and of their numbers."""
+"""The room for the names and the numbers of the axes."""
 
 
 class Piece(NamedTuple):
-    """A part of a body's band with one velocity: times, and places of its position, at its two ends."""
+    """A part of a body's band with one velocity: times and positions at its two ends."""
 
     body: int
     begin: float
@@ -47,8 +47,8 @@ class Piece(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """A contact of two bodies: its time, the place of the first, that of the second, and the part of the way
-    between them at which they touch: of discs by their radii, of other shapes the half."""
+    """A contact of two bodies: its time, the positions of the first and the second body, and the contact
+    point between them as a part of the way: for discs by their radii, for other shapes the half."""
 
     time: float
     one: float
@@ -58,10 +58,10 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True)
 class SpaceTime:
-    """A run along one ``axis``, from time ``begin`` to ``end`` and place ``low`` to ``high`` (those of the
-    arena, or of all bodies), of the scene. ``period`` is that of the axis; 0: it is not periodic. ``pieces``
-    are parts of the bands of bodies, ``marks`` the contacts of two bodies that change velocities, and
-    ``reaches`` how far each body reaches below and above its position along the axis."""
+    """A run along one ``axis``, in the scene's units, from time ``begin`` to ``end`` and place ``low`` to
+    ``high`` (the bounds of the arena, or of all bodies). ``period`` is the axis's; 0: it is not periodic.
+    ``pieces`` are parts of the bands of bodies, ``marks`` the contacts of two bodies that change velocities,
+    ``reaches`` the extents of each body below and above its position along the axis."""
 
     caption: str
     axis: str
@@ -76,8 +76,8 @@ class SpaceTime:
 
 
 def take_space_time(sim: Simulation, until: float, axis: str = "x") -> SpaceTime:
-    """Runs a simulation on from now to a time, and returns what it does along an axis, "x" or "y". Raises
-    BadOption for another axis, or where there are more than ``MOST_PIECES`` pieces."""
+    """Continues a simulation from now to a time, and returns the run along an axis, "x" or "y". Raises
+    BadOption for another axis, or for more than ``MOST_PIECES`` pieces."""
     if axis not in ("x", "y"):
         raise BadOption(f"the axis of space and time is {axis!r}; expected x or y")
     which, begin, scene = "xy".index(axis), sim.time, sim.scene
@@ -134,7 +134,7 @@ def _reaches(scene: Scene, which: int, count: int) -> tuple[tuple[float, float],
     for body, shape in scene.shape_of.items():
         left, right, below, above = scene.shapes[shape].reaches
         found[body] = (below, above) if which else (left, right)
-    return tuple(found.get(body, (0.0, 0.0)) for body in range(count))  # of one by hand it is not known
+    return tuple(found.get(body, (0.0, 0.0)) for body in range(count))  # unknown for interactive bodies
 
 
 def _extent(
@@ -200,7 +200,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
 
 
 def _round_numbers(low: float, high: float) -> list[float]:
-    """Returns some five to ten round numbers of an interval, those of its axis."""
+    """Returns some five to ten round numbers of an interval, for its axis."""
     step = round_below((high - low or 1.0) / 4.0)
     return [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
@@ -217,7 +217,7 @@ def _turns(run: SpaceTime, piece: Piece) -> Iterator[float]:
 
 
 def _between(run: SpaceTime, mark: Mark) -> float:
-    """Returns the place where two bodies touch, through the nearest image, within what is shown."""
+    """Returns the place of a contact of two bodies, through the nearest image, within the picture."""
     apart = mark.other - mark.one
     if run.period:
         apart -= run.period * round(apart / run.period)

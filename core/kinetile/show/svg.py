@@ -1,5 +1,5 @@
-"""A picture as SVG, written directly: small, readable, the same bytes for the same picture, light or dark as
-the reader's system. A shape with a label or a failing certificate shows it under the mouse."""
+"""A picture as SVG, written directly: small, readable, the same bytes for the same picture, in light or dark
+colours like the reader's system. A shape shows its label and its failure time under the mouse."""
 
 from collections.abc import Iterable, Iterator
 
@@ -18,15 +18,15 @@ from kinetile.show.picture import (
 )
 
 LENGTH = 640.0
-"""The longer side of what is shown, in units of the file: points on a page, pixels on a screen."""
+"""The longer side of the picture, in units of the file: points on a page, pixels on a screen."""
 
 INSET = 12.0
 
 LINE_HEIGHT = 20.0
-"""Of the caption and the legend."""
+"""The height of a line of the caption and the legend."""
 
 _LETTER = 7.2
-"""About as wide as a letter of the caption is."""
+"""The approximate width of a letter of the caption."""
 
 _ARROWHEAD = (
     '<marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" orient="auto" '
@@ -50,7 +50,7 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
         *_layers(sheet, under),
         *_discs(sheet),
         "</g>",
-        *((_ARROWHEAD, *_arrows(sheet)) if velocities else ()),  # those of bodies at the border reach over it
+        *((_ARROWHEAD, *_arrows(sheet)) if velocities else ()),  # arrows may reach over the border
         '<g clip-path="url(#frame)">',
         *_layers(sheet, over),
         *_numbers(sheet),
@@ -71,8 +71,8 @@ def document(
     legend: Iterable[str],
     lines: int,
 ) -> bytes:
-    """Returns an SVG file: its style sheet, the paper and what is on it, within a width and a height; below
-    that its caption, and a legend of some lines."""
+    """Returns an SVG file: its style sheet, the paper and its content, within a width and a height; below
+    them the caption, and a legend of some lines."""
     wide, tall = max(size[0], _LETTER * len(caption)) + 2 * INSET, size[1] + 2 * INSET
     paper = _size(wide, tall + LINE_HEIGHT * (1 + lines))
     words = [
@@ -91,7 +91,7 @@ def document(
 
 
 class _Sheet:
-    """The sheet, and the places of the scene's points on it: y goes down there."""
+    """The sheet, and the places of the scene's points on it: its y axis points down."""
 
     def __init__(self, picture: Picture) -> None:
         (left, bottom), (right, top) = picture.low, picture.high
@@ -105,7 +105,7 @@ class _Sheet:
 
 
 def number(value: float) -> str:
-    """Returns a number with as many digits as can be seen."""
+    """Returns a number with as many digits as are visible."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
@@ -115,7 +115,7 @@ def _size(wide: float, tall: float) -> str:
 
 
 def _layers(sheet: _Sheet, roles: Iterable[str]) -> Iterator[str]:
-    """Yields the shapes role by role; of one role, what fails next last."""
+    """Yields the shapes role by role; in each role, the shape that fails next is last."""
     picture = sheet.picture
     for role in roles:
         shapes = [shape for shape in picture.shapes if shape.role == role]
@@ -177,8 +177,8 @@ def _arrows(sheet: _Sheet) -> Iterator[str]:
 
 
 def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str], int]:
-    """Returns what is below the caption, and of how many lines: a swatch and a word for each role, and the
-    arrow of a round speed."""
+    """Returns the text below the caption, and its number of lines: a swatch and a word for each role, and
+    the arrow of a round speed."""
     square = '<rect x="{x}" y="{top}" width="18" height="10"/>'
     signs = [(name if name in LOOKS else "next", name, 18.0, square) for name in names]
     unit = sheet.picture.arrow_time * sheet.scale

@@ -1,1 +1,1 @@
-"""Hard cases of the question when two discs meet."""
+"""Hard cases of the contact time of two discs."""

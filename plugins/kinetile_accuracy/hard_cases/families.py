@@ -1,6 +1,6 @@
-"""Hard families of queries: when do these two discs meet? A family draws a number of pairs from a random
-generator. Lengths are those of a unit box with radii of 1/200 to 1/20, speeds about 1, and the unit of time
-is 1, unless a family has other values. All values are rounded to doubles, which are the query."""
+"""Hard families of queries for the contact time of two discs. A family draws a number of pairs from a random
+generator. Unless a family has other values, a unit box holds discs with radii of 1/200 to 1/20 and speeds of
+about 1, and the unit of time is 1. All values are rounded to doubles, which are the query."""
 
 import zlib
 from collections.abc import Callable
@@ -16,16 +16,16 @@ Draws = np.random.Generator
 
 UNIT = Frame(None, 0)
 TIED = 8
-"""How many successive queries have the same exact time in the family of simultaneous contacts."""
+"""The number of successive queries with one exact time in the family of simultaneous contacts."""
 
 LATER = SPAN - 2 * UNIT_TICKS
-"""By how many ticks the late clock is later: as late as the kernel's clock gets before its base moves on."""
+"""The delay of the late clock in ticks: as late as the kernel's clock gets before its base moves on."""
 
 
 @dataclass(frozen=True, eq=False)
 class Queries:
-    """The flight plans of m pairs of discs: ``position``, at the disc's anchor, and ``velocity`` are (m, 2,
-    2), by query, disc and axis; ``radius`` and ``anchor``, in ticks of 2^-52, (m, 2)."""
+    """The flight plans of m pairs of discs, by query, disc and axis: ``position``, at the disc's anchor, and
+    ``velocity`` are (m, 2, 2); ``radius`` and ``anchor``, in ticks of 2^-52, are (m, 2)."""
 
     position: Floats
     velocity: Floats
@@ -52,7 +52,7 @@ Sampler = Callable[[Draws, int], Queries]
 
 @dataclass(frozen=True)
 class Family:
-    """Queries of one kind: a name, what makes them hard, in a phrase, and what draws them."""
+    """Queries of one kind: a name, a phrase on their difficulty, and the function that draws them."""
 
     name: str
     about: str
@@ -84,8 +84,8 @@ def aimed(
 ) -> Queries:
     """Returns pairs by their encounter, anchored at tick 0: the second disc is nearest to the first after a
     way of ``run``, and would then pass at distance ``miss``: (m,) multiples of R, the sum of the radii.
-    ``radius`` is (m, 2); ``speed`` (m,) is the relative one; ``spread`` is within how many R of the origin
-    the first disc is; None: what is usual, and a unit box."""
+    ``radius`` is (m, 2); ``speed`` (m,) is the relative speed; the first disc is within ``spread`` R of the
+    origin; None: the usual values, and a unit box."""
     count = len(run)
     radius = draws.uniform(0.005, 0.05, (count, 2)) if radius is None else radius
     reach = radius.sum(axis=1)[:, None]
@@ -123,7 +123,7 @@ def _grazing_by_ulps(draws: Draws, count: int) -> Queries:
 
 @_family("tangent", "a quarter passing at R exactly, the others within an ulp of it on either side")
 def _tangent(draws: Draws, count: int) -> Queries:
-    # The line of centres at the tangency is along an axis or a Pythagorean triple, so all is exact.
+    # The line of centres at the tangency is along an axis or a Pythagorean triple, so all values are exact.
     triples = np.array([(0, 1, 1), (3, 4, 5), (5, 12, 13), (8, 15, 17), (20, 21, 29)])
     chosen = triples[draws.integers(0, len(triples), count)] * draws.choice([-1, 1], (count, 1))
     size = 2.0 ** draws.integers(-12, 3, (count, 1))
@@ -184,7 +184,7 @@ def _far_out(draws: Draws, count: int) -> Queries:
 
 
 def _anchored_apart(draws: Draws, queries: Queries) -> Queries:
-    """Anchors one disc of each pair up to one unit of time before the other, and that in the second unit."""
+    """Anchors one disc of each pair up to one unit of time before the other, which is in the second unit."""
     count = len(queries)
     first = draws.integers(0, 2, count)[:, None] == np.arange(2)
     earlier = np.where(first, draws.integers(0, UNIT_TICKS, count)[:, None], 0)
@@ -212,7 +212,7 @@ def _far_out_apart_in_time(draws: Draws, count: int) -> Queries:
 @_family("simultaneous", "groups of 8 different encounters with one rational time")
 def _like_times(draws: Draws, count: int) -> Queries:
     # They touch at a multiple of 1/768: the line of centres is a Pythagorean triple, the velocity a multiple
-    # of 3, and all is exact on a grid of 2^-22.
+    # of 3, and all values are exact on a grid of 2^-22.
     wait = np.repeat(draws.integers(1, 768, -(-count // TIED)), TIED)[:count]
     q, p = (np.sort(draws.integers(1, 512, (count, 2)), axis=1) + np.array([0, 1])).T
     normal = np.column_stack([p * p - q * q, 2 * p * q])

@@ -1,8 +1,8 @@
-"""The part ``queries`` of the report: when do two discs meet, in hard cases, and how right is the answer?
+"""The part ``queries`` of the report: the contact time of two discs in hard cases, and the errors of answers.
 
-The kernel's answer must be the exact tick, and anchoring two discs at their tick must not make them overlap
-by more than the proved bound. It is the answer of the hook that the narrow phase ``disc`` brings to the main
-loop; the textbook's answer beside it shows the difficulty. Families are never pooled.
+The kernel's answer must be the exact tick, and discs that are anchored at their tick must not overlap by more
+than the proved bound. The answer comes from the hook that the main loop calls for the narrow phase ``disc``;
+the textbook's answer beside it shows the difficulty. Families are never pooled.
 """
 
 from dataclasses import dataclass
@@ -36,13 +36,13 @@ class QueryRow:
     hits: Annotated[int, Column("how many of them meet", "hits")]
     wrong: Annotated[int, Column("answers that are not the exact tick, or not the exact none", "wrong")]
     missed: Annotated[int, Column("contacts that were not found", "missed")]
-    false: Annotated[int, Column("contacts that were found and are none", "false")]
+    false: Annotated[int, Column("contacts that were found but do not exist", "false")]
     depth: Annotated[float, Column("the deepest overlap once both are anchored at the tick", "depth / R")]
     depth_rho: Annotated[float, Column("the same by rho, the bound of that rounding", "depth / rho")]
 
 
 def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
-    """Puts every family to both forms."""
+    """Computes every family with both forms."""
     rows: list[QueryRow] = []
     for done, family in enumerate(FAMILIES):
         progress(f"queries: {family.name}", done, len(FAMILIES))
@@ -56,7 +56,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         about=(
             f"{COUNTS[budget]:,} queries of each family, put to the kernel's form (narrow phase disc) and to "
             "the textbook's, (-b - sqrt(b^2 - ac)) / a, in ticks of 2^-52, rounded down. Whether two discs "
-            "meet, and in which tick, is computed in exact integers. Depth is how far the discs overlap when "
+            "meet, and the tick, is computed in exact integers. Depth is how far the discs overlap when "
             "both are anchored at the tick, which rounds their places to doubles."
         ),
         findings=query_findings(rows),
@@ -78,7 +78,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
 
 
 def query_claims(rows: list[QueryRow]) -> tuple[sections.Claim, ...]:
-    """Returns what must hold for the kernel's form in every family, and what was found."""
+    """Returns the claims on the kernel's form in every family, with the measured values."""
     ours = [row for row in rows if row.form == KERNEL]
     of_all = f"of {sum(row.queries for row in ours):,} queries"
     wrong, missed, false = (sum(getattr(row, name) for row in ours) for name in ("wrong", "missed", "false"))
@@ -93,20 +93,20 @@ def query_claims(rows: list[QueryRow]) -> tuple[sections.Claim, ...]:
 
 
 def query_findings(rows: list[QueryRow]) -> tuple[str, ...]:
-    """Returns what the rows of all families show beside the claims, in sentences."""
+    """Returns the results of all families beyond the claims, in sentences."""
     others = [row for row in rows if row.form == TEXTBOOK]
     worst = max(others, key=lambda row: row.depth)
     shares = [row.wrong / row.queries for row in others]
     missed, false = (sum(getattr(row, name) for row in others) for name in ("missed", "false"))
     return (
         f"The textbook's form: {min(shares):.0%} to {max(shares):.0%} of the answers, by family, are not the "
-        f"exact ones; it misses {missed:,} contacts and finds {false:,} that are none; discs overlap by up "
+        f"exact ones; it misses {missed:,} contacts and invents {false:,}; discs overlap by up "
         f"to {number(worst.depth)} R ({worst.family}).",
     )
 
 
 def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> QueryRow:
-    """Returns the row of the answers of a form to queries, compared with the exact ticks."""
+    """Returns the row of a form's answers to queries, compared with the exact ticks."""
     plans = queries.plans()
     exact = [touching_tick(None, Separation(*pair)) for pair in plans]
     answers = [None if tick == NEVER else tick for tick in ticks.tolist()]
@@ -131,8 +131,8 @@ def query_row(family: Family, form: str, queries: Queries, ticks: Ticks) -> Quer
 
 
 def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, float]:
-    """Returns how far two discs overlap once both are anchored at a tick, in R and in rho = 16 u X, X the
-    largest coordinate of the flight, u = 2^-53; but for what they do at the later anchor."""
+    """Returns the overlap of two discs once both are anchored at a tick, less their overlap at the later
+    anchor, in R and in rho = 16 u X, with X the largest coordinate of the flight and u = 2^-53."""
     pair = Separation(*plans)
     places = [plan.moved(tick, 1.0 / UNIT_TICKS)[0] for plan in plans]
     coordinates = [*places[0], *places[1], *(each for plan in plans for each in (plan.x, plan.y))]
@@ -148,7 +148,7 @@ def depth_at(plans: tuple[FlightPlan, FlightPlan], tick: int) -> tuple[float, fl
 
 
 def textbook_ticks(queries: Queries) -> Ticks:
-    """Returns (m,) the ticks by (-b - sqrt(b^2 - ac)) / a, from the later of two anchors on."""
+    """Returns the ticks, (m,), by (-b - sqrt(b^2 - ac)) / a, from the later of two anchors on."""
     since = queries.anchor.max(axis=1)
     flown = (since[:, None] - queries.anchor) / UNIT_TICKS
     place = positions_after(Plan.of_vectors(queries.position, queries.velocity), flown)
@@ -164,14 +164,14 @@ meet = to_be_filled_in
 
 
 def ticks_of_all(k: Kernel, answers: Any) -> None:
-    """Writes the ticks by ``meet`` of bodies 2i and 2i + 1, for every i."""
+    """Writes the ticks of bodies 2i and 2i + 1 by ``meet``, for every i."""
     k = disowned(k)
     for i in range(len(answers)):
         answers[i] = meet(k, 2 * i, 2 * i + 1)
 
 
 def kernel_ticks(queries: Queries) -> Ticks:
-    """Returns (m,) the kernel's ticks; NEVER for no contact. Raises RuntimeError for a fault."""
+    """Returns the kernel's ticks, (m,); NEVER for no contact. Raises RuntimeError for a fault."""
     k = allocate(2 * len(queries), near=0, log_rows=0)  # the discs of query i are the bodies 2i and 2i + 1
     k.bodies.x, k.bodies.y = queries.position.reshape(-1, 2).T
     k.bodies.vx, k.bodies.vy = queries.velocity.reshape(-1, 2).T

@@ -1,1 +1,1 @@
-"""Long runs: what they lose, and whether each contact is the one of the specification."""
+"""Long runs: their losses, and a check of each contact against the specification."""

@@ -1,6 +1,6 @@
-"""The part ``drift`` of the report: energy and overlaps in a long run, and contacts under late clocks. They
-are measured at 10^3, 10^4, ... contacts of one run, which audits itself. Other runs of the same scene begin
-with the clock at 2^20 and at 2^40: the contacts must be the same."""
+"""The part ``drift`` of the report: energy and overlaps in a long run, and contacts under late clocks. One
+run, which audits itself, is measured at 10^3, 10^4, ... contacts. Other runs of the same scene begin with the
+clock at 2^20 and at 2^40: the contacts must be the same."""
 
 import math
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class LateClock:
     phase: Annotated[str, Column("the broad phase of the run")]
     start: Annotated[float, Column("when the clock begins", "clock begins at")]
     contacts: Annotated[int, Column("of discs and walls", "contacts")]
-    same: Annotated[bool, Column("whether the contacts are those of the clock at 0", "same contacts")]
+    same: Annotated[bool, Column("whether the contacts are the same as with the clock at 0", "same contacts")]
 
 
 def drifts(scene: kt.Scene, most: int, progress: sections.ReportProgress) -> list[Drift]:
@@ -68,7 +68,7 @@ def clocks(scene: kt.Scene, contacts: int) -> list[LateClock]:
 
 
 def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
-    """Measures all of this on the thesis's grid of 100 discs."""
+    """Measures a long run and late clocks on the thesis's grid of 100 discs."""
     most = MOST[budget]
     scene = kt.make_scene(GRID, **PARAMETERS)
     drift = drifts(scene, most, progress)
@@ -79,7 +79,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
     growth = last.deepest_overlap / middle.deepest_overlap if middle.deepest_overlap else 1.0
     return sections.Section(
         name="drift",
-        title="What a long run loses",
+        title="The losses of a long run",
         about=(
             f"The recipe {GRID} with {given}, under {last.phase}, for {last.contacts:,} contacts of discs "
             f"and walls; between contacts, {last.audits:,} times, an audit rebuilt the structure and "
@@ -88,7 +88,7 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         ),
         findings=(
             f"The deepest overlap at any contact is {number(last.deepest_overlap)} radii, {growth:.1f} times "
-            f"that of the first {middle.contacts:,}.",
+            f"the one of the first {middle.contacts:,}.",
         ),
         tables=(
             sections.Table("drift", "The readings after so many contacts.", tuple(drift)),
@@ -129,7 +129,7 @@ def _claims(drift: list[Drift], clock: list[LateClock], most: int) -> tuple[sect
 
 
 def _walk(contacts: int) -> float:
-    """Returns how far a random walk of one rounding a contact comes."""
+    """Returns the distance of a random walk of one rounding a contact."""
     return 2.0**-53 * math.sqrt(contacts)
 
 

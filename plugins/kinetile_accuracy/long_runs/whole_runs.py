@@ -15,16 +15,16 @@ SCENES: dict[str, tuple[str, dict[str, float | int]]] = {
     "lattice of ties": ("lattice", {}),
     "many discs": ("grid", {"bodies": 400, "density": 0.25}),
 }
-"""Recipe and parameters, by what a scene is called here."""
+"""Recipe and parameters, by the name of a scene here."""
 
 CONTACTS: dict[sections.Budget, int] = {"quick": 2_000, "normal": 20_000, "full": 100_000}
 
 
 @dataclass(frozen=True)
 class WholeRun:
-    """A run that was certified contact by contact."""
+    """A run, certified contact by contact."""
 
-    scene: Annotated[str, Column("what is simulated", "scene")]
+    scene: Annotated[str, Column("the scene", "scene")]
     phase: Annotated[str, Column("the broad phase of the run", "broad phase")]
     bodies: Annotated[int, Column("how many discs", "discs")]
     contacts: Annotated[int, Column("contacts of the run", "contacts")]
@@ -76,7 +76,7 @@ def _draw(rows: list[WholeRun]) -> sections.Figure:
 
 
 def certify_run(name: str, contacts: int) -> WholeRun:
-    """Runs a scene for a number of contacts, or as long as there are any, and certifies each of them."""
+    """Runs a scene for a number of contacts, or to its last one, and certifies each contact."""
     recipe, parameters = SCENES[name]
     scene = kt.make_scene(recipe, **parameters)
     sim = kt.Simulation(scene)

@@ -1,1 +1,1 @@
-"""The certified oracle: contacts in ball arithmetic, and how far a run agrees with them."""
+"""The certified oracle: contacts in ball arithmetic, and the agreement of runs with them."""

@@ -1,9 +1,9 @@
 """The agreement of a run with the certified oracle, contact by contact, in order and in time.
 
-The order is that of docs/one-answer.md, ties at one exact time included. A contact multiplies the roundings
-before it, so after some ten contacts a disc a run in doubles and the oracle have nothing in common. Up to
-which contact they agree is the run's horizon. The first contact of bodies on the plans that the scene gives
-them must be at its time rounded down to its tick; later times have errors that grow, which are measured.
+The order is defined in docs/one-answer.md, with ties at one exact time. A contact multiplies the roundings
+before it, so after some ten contacts a disc a run in doubles and the oracle have nothing in common. The run's
+horizon is the number of contacts that agree. The first contact of bodies on the plans that the scene gives
+them must be at its time rounded down to its tick; later times have growing errors, which are measured.
 
 Contacts per disc: (2 x contacts of two discs + contacts with walls) / discs.
 """
@@ -24,16 +24,16 @@ from kinetile_accuracy.oracle.oracle import CertifiedContact, CertifiedRun, Orac
 from kinetile_accuracy.specification.arithmetic import SPAN, UNIT_TICKS
 
 SLACK = 2
-"""Ticks by which the first contact of bodies, or the last of a run, may be off: times are rounded."""
+"""The greatest error in ticks of the first contact of bodies, or the last of a run: times are rounded."""
 
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first contact in which a run and the oracle differ, after ``index`` that agree.
+    """The first contact that differs between a run and the oracle, after ``index`` that agree.
 
-    ``run`` is what the run has there, (time, a, b), None: nothing more up to its end; ``oracle`` is the
-    certified event, None: nothing more up to the end of the run. ``ticks_apart`` is the time of the run's
-    contact, or of its end, less that of the oracle's: a tick or two where rounding exchanged two.
+    ``run`` is the run's contact, (time, a, b), None: no further contact up to its end; ``oracle`` is the
+    certified contact, None: no further contact up to the end of the run. ``ticks_apart`` is the time of the
+    run's contact, or of its end, less the oracle's: a tick or two if rounding exchanged two contacts.
     """
 
     index: int
@@ -57,9 +57,9 @@ class FirstDifference:
 class Agreement:
     """The result of comparing a run of some bodies with the oracle.
 
-    Of those ``compared`` this many ``contacts`` agree, from the first on, in order; of each, ``b`` is the
-    second body, or the wall, and ``ticks`` is how much later than the oracle the run has it. ``disagreement``
-    is the first contact that differs; None: all agree as far as could be compared.
+    This many ``contacts`` of those ``compared`` agree, from the first on, in order; ``b`` is the second body
+    or the wall of each, and ``ticks`` the delay of the run's contact after the oracle's. ``disagreement`` is
+    the first contact that differs; None: all compared contacts agree.
     """
 
     bodies: int
@@ -72,7 +72,7 @@ class Agreement:
 
     @property
     def complete(self) -> bool:
-        """Returns whether all contacts up to the given end agree, and none is missing."""
+        """Returns True if all contacts up to the given end agree and no contact is missing."""
         return self.disagreement is None and self.contacts == self.compared and self.oracle.complete
 
     @property
@@ -82,7 +82,7 @@ class Agreement:
 
     @property
     def contacts_per_disc(self) -> float:
-        """Contacts that agree per disc, those with walls included."""
+        """Contacts per disc that agree, with the contacts with walls."""
         return float(self.paces[-1]) if self.contacts else 0.0
 
     @property
@@ -96,7 +96,7 @@ class Agreement:
         return float(np.median(np.abs(self.ticks))) if self.contacts else 0.0
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns all of this in plain types."""
+        """Returns the agreement in plain types."""
         differs = self.disagreement
         certain = None if differs is None else differs.oracle
         first = differs and {
@@ -138,15 +138,15 @@ def certify(
     max_contacts: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Agreement:
-    """Compares a run with the certified oracle, up to the first contact in which they differ.
+    """Compares a run with the certified oracle, up to the first contact that differs.
 
-    The simulation must keep its contacts; where ``until`` (by default its time) or ``max_contacts`` are
-    beyond what it has run, it is continued, and a fault of the run is raised. ``progress`` is called with how
-    many contacts are certified, and how many are compared.
+    The simulation must keep its contacts. If ``until`` (by default its time) or ``max_contacts`` are beyond
+    the present run, it is continued, and a fault of the run is raised. Calls ``progress`` with the number of
+    certified contacts and the number of compared contacts.
 
-    Raises MissingExtra and Refused as ``Oracle``, Refused also where bodies were turned, inserted or removed
-    by hand, and ValueError where the simulation keeps no contacts, ``until`` is not a finite time from the
-    scene's start on, or ``max_contacts`` is negative.
+    Raises MissingExtra and Refused as ``Oracle``; also Refused if bodies were turned, inserted or removed by
+    hand, and ValueError if the simulation keeps no contacts, ``until`` is not a finite time from the scene's
+    start on, or ``max_contacts`` is negative.
     """
     scene = sim.scene
     if until is not None and not scene.start <= until < math.inf:
@@ -155,7 +155,7 @@ def certify(
         )
     if max_contacts is not None and max_contacts < 0:
         raise ValueError(f"max_contacts must not be negative; found {max_contacts}")
-    _ = sim.contacts  # which refuses where none are kept: before anything is run
+    _ = sim.contacts  # raises without kept contacts, before anything is run
     check_scope(scene, sim.narrow_phases)
     more = None if max_contacts is None else max_contacts - len(sim.contacts)
     if (more is None or more > 0) and (more is not None if until is None else until > sim.time):
@@ -169,8 +169,8 @@ def certify(
     end = sim.time if until is None else min(until, sim.time)
     contacts = sim.contacts
     contacts = contacts[: np.searchsorted(contacts["time"], end, side="right")][:max_contacts]
-    # The oracle continues a little beyond the end: a contact just after it may be one of the run, whose times
-    # are rounded down to ticks. One more contact before the end is one that the run lacks.
+    # The oracle continues a little beyond the end: the run may have a contact just after it, as its times are
+    # rounded down to ticks. If the oracle has one more contact before the end, the run lacks it.
     given = len(contacts) == max_contacts
     oracle = Oracle(scene, None if given else end + 2.0**-20 * (end - scene.start))
     pairs = contacts[["a", "b"]].tolist()
@@ -190,8 +190,8 @@ def agreement(
     tick = Fraction(time_unit) / UNIT_TICKS
     start = Fraction(scene.start)
     times = [start + (epoch * UNIT_TICKS + at) * tick for epoch, at, _, _ in rows]
-    # Until when each body flies on the plan that the scene gives it: to its first turn or contact, or to the
-    # time at which the clock anchors it.
+    # The time until which each body flies on the plan that the scene gives it: its first turn or contact, or
+    # the time when the clock anchors it.
     first_plan = [start + SPAN * tick] * len(scene)
     for turn in scene.turns:
         first_plan[turn.body] = min(first_plan[turn.body], Fraction(turn.time))
@@ -208,7 +208,7 @@ def agreement(
         for disc in discs:
             first_plan[disc] = start
     agree = len(errors)
-    # At the end one of the two may have a contact more by as much as times were off before, twice.
+    # At the end one of the two may have one more contact, within twice the errors of the times before.
     slack = max(SLACK * tick, Fraction(math.ulp(end))) + 2 * max(map(abs, errors), default=Fraction(0))
     found = None if agree == len(rows) else (float(contacts["time"][agree]), *rows[agree][2:])
     due = None if agree == len(oracle.contacts) else oracle.contacts[agree]

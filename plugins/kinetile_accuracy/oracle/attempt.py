@@ -2,12 +2,12 @@
 
 A ball is an interval that certainly holds the true number. Each comparison that decides an event or its order
 must have the same result for every choice of numbers from the balls. Otherwise ``Undecided`` is raised, and
-the oracle tries again with more bits. A doubt about an event that cannot be the next one is left open until
-it can. Two things keep the balls small: a plan is anchored at the lower end of the ball of the time at which
-it was made, an exact number, so that the doubt about a time enters only through the change of velocity; and a
-wall mirrors a plan without a new anchor.
+the oracle tries again with more bits. A doubt about an event is left open until that event can be the next
+one. Two things keep the balls small. A plan is anchored at an exact number, the lower end of the ball of the
+time when it was made, so the doubt about a time enters only through the change of velocity; and a wall
+mirrors a plan without a new anchor.
 
-Events of one moment come in the order of docs/one-answer.md. Nothing here comes from the kernel. All times
+Events of one moment are in the order of docs/one-answer.md. Nothing here is from the kernel. All times
 count from the scene's start. Needs python-flint; the precision is the caller's (``flint.ctx``).
 """
 
@@ -24,14 +24,14 @@ from kinetile_accuracy.oracle import times
 from kinetile_accuracy.oracle.times import ZERO, EventTime, Number, OraclePlan, Pair, exact
 
 NARROW = 80
-"""Bits to which the time of a contact must be known, relative to the time since the start."""
+"""The required precision of a contact's time in bits, relative to the time since the start."""
 
 LONGEST = 4096
-"""Bits of the longest numerator or denominator that is worth keeping."""
+"""The most bits of a numerator or denominator that is kept."""
 
 LEAST = 2.0**-1000
 SURE = 1.0 - 2.0**-40
-"""A factor by which bounds in doubles are less than what they are computed from."""
+"""A factor that makes bounds in doubles less than the exact values."""
 
 CROWDED = 1e-9
 """Bodies are jammed if from contact to contact the fastest flies less than this part of the smallest radius,
@@ -42,12 +42,12 @@ SIDES = ("left", "right", "bottom", "top")
 TURN, WALL, PAIR, END = range(4)
 
 Key = tuple[int, int, int]
-"""An event by its kind and its subjects, a body and a wall (0 left, 1 right, 2 bottom, 3 top) or two bodies:
-sorted so, events of one moment are in their order."""
+"""An event by its kind and its subjects, a body and a wall (0 left, 1 right, 2 bottom, 3 top) or two bodies.
+Sorted keys put events of one moment in their order."""
 
 
 class Undecided(Exception):
-    """A comparison that is not certain: what it is about, about when, and the bodies concerned."""
+    """A comparison that is not certain: its subject, its approximate time, and the bodies concerned."""
 
     def __init__(self, what: str, time: float, bodies: tuple[int, ...]) -> None:
         super().__init__(what, time, bodies)
@@ -55,8 +55,8 @@ class Undecided(Exception):
 
 
 class PossibleEvent(NamedTuple):
-    """An event to come: ``root`` is the ball of -d.v of two discs when they touch, ``doubt`` what is not
-    known of one that may come, not before ``moment.low``, ``late`` whether the bodies overlap already."""
+    """A possible event: ``root`` is the ball of -d.v of two discs when they touch, ``doubt`` names the open
+    question of an event that may come, not before ``moment.low``, ``late`` is True if the bodies overlap."""
 
     moment: EventTime
     root: arb | None = None
@@ -65,8 +65,8 @@ class PossibleEvent(NamedTuple):
 
 
 class BallContact(NamedTuple):
-    """A contact: ball of the time since the start, the body and the other or -1 - wall, whether it is at the
-    time of the one before, and which part of the relative velocity is head-on."""
+    """A contact: the ball of the time since the start, the body and the other or -1 - wall, True if it is at
+    the time of the contact before it, and the head-on part of the relative velocity."""
 
     ball: arb
     a: int
@@ -76,7 +76,7 @@ class BallContact(NamedTuple):
 
 
 class Attempt:
-    """A run of a scene at the present precision, up to a time or as long as there are contacts."""
+    """A run of a scene at the present precision, up to a time or to its last contact."""
 
     def __init__(self, scene: Scene, end: fmpq | None) -> None:
         self.ended: Literal["until", "quiet", "jammed"] | None = None
@@ -102,7 +102,7 @@ class Attempt:
             self._enter((PAIR, *pair))
 
     def contacts(self) -> Iterator[BallContact]:
-        """Yields the contacts, all certain; raises Undecided where it is not certain which comes next."""
+        """Yields the contacts, all certain; raises Undecided if the next one is not certain."""
         while (key := self._next()) is not None and key[0] != END and self.ended is None:
             coming = self._events[key]
             if coming.moment is not self._now:
@@ -121,12 +121,12 @@ class Attempt:
                 self._look_for_a_jam()
         self.ended = self.ended or ("quiet" if key is None else "until")
 
-    # Which event is next
+    # The next event
 
     def _next(self) -> Key | None:
-        # Every other event is certain to come after one of these. An event in doubt has no upper bound: it is
-        # among them from the moment on at which it could come.
-        """Returns the next event, or None. Raises Undecided where it is not certain which."""
+        """Returns the next event, or None. Raises Undecided if it is not certain."""
+        # Every other event certainly comes after one of these. An event in doubt has no upper bound: it is
+        # among them from its first possible moment on.
         events = self._events
         bound = min([each.moment.high for each in events.values() if not each.doubt], default=math.inf)
         near = sorted(key for key, each in events.items() if each.moment.low <= bound)
@@ -151,7 +151,7 @@ class Attempt:
         return Undecided(what, max(self._events[keys[0]].moment.low, 0.0), tuple(sorted(bodies)))
 
     def _advance_to(self, now: EventTime) -> None:
-        """Makes a moment the present one; its lower end is the time at which all plans are evaluated."""
+        """Makes a moment the present one; all plans are evaluated at its lower end."""
         self._now = now
         self._reference: fmpq = now.number if isinstance(now.number, fmpq) else times.lower_end(now.ball)
         self._delay = now.number - self._reference
@@ -159,7 +159,7 @@ class Attempt:
         self._touched.clear()
         self._crowd = 0
 
-    # When bodies meet
+    # Contact times
 
     def _at(self, body: int) -> Pair:
         if body not in self._where:
@@ -172,7 +172,7 @@ class Attempt:
         return bx - ax, by - ay, bvx - avx, bvy - avy
 
     def _touches(self, key: Key) -> bool:
-        """Returns whether bodies touch now for certain: they rested there, have met, or are to meet now."""
+        """Returns True if bodies certainly touch now: they rested there, have met, or are to meet now."""
         coming = self._events.get(key)
         due = coming is not None and coming.moment is self._now and not (coming.doubt or coming.late)
         return due or key in self._touched
@@ -189,7 +189,7 @@ class Attempt:
             self._enter((WALL, body, wall))
 
     def _enter_all(self, body: int, partner: int = -1) -> None:
-        """Enters what a body with a new plan meets: not a partner that it has just left."""
+        """Enters the contacts of a body with a new plan, except with a partner that it has just left."""
         self._enter_walls(body)
         for other in range(len(self._plans)):
             if other not in (body, partner):
@@ -198,9 +198,8 @@ class Attempt:
     def _pair(self, key: Key) -> PossibleEvent | None:
         _, a, b = key
         dx, dy, vx, vy = self._apart(a, b)
-        # A comparison of balls is true only if it is so for every choice of numbers from them. So each return
-        # below is certain, and what none of them takes is left open. Contact means approach, and tangency is
-        # none.
+        # A comparison of balls is true only if it is true for all numbers in them. So each return below is
+        # certain, and all other cases are left open. A contact needs approach; a tangency is not a contact.
         approach = dx * vx + dy * vy
         if approach >= 0:
             return None
@@ -216,7 +215,7 @@ class Attempt:
             # The reference is a little before the moment: d.v has grown by |v|^2 times the delay since.
             closing = approach + speed2 * self._delay
             if closing < 0:
-                # Of many contacts at one moment each is slower, and the root alone would lose all its bits.
+                # In many contacts at one moment each is slower, and the root alone would lose all its bits.
                 root = None
                 if touches and root2 > 0 and isinstance(closing, arb):
                     root = arb(root2).sqrt().intersection(-closing)
@@ -252,7 +251,7 @@ class Attempt:
         return self._open(f"whether {_name(key)} meet", far, _most(velocity))
 
     def _open(self, doubt: str, far: float, fast: float) -> PossibleEvent:
-        """Returns an event that may come, of bodies that far apart that come nearer no faster than that."""
+        """Returns an event in doubt, of bodies at distance ``far`` that approach no faster than ``fast``."""
         moment = EventTime(self._now.ball)
         moment.low = self._now.low
         if far > 0.0:
@@ -260,15 +259,15 @@ class Attempt:
         return PossibleEvent(moment, doubt=doubt)
 
     def _place(self, body: int, wall: int) -> fmpq:
-        """Returns where a body's centre is, on the wall's axis, when it touches the wall."""
+        """Returns the coordinate of a body's centre on the wall's axis when it touches the wall."""
         assert self._sides is not None
         radius = self._radius[body]
         return self._sides[wall // 2] - radius if wall % 2 else radius
 
-    # What happens
+    # Events
 
     def _contact(self, a: int, b: int, part: Number, velocity: Pair) -> BallContact:
-        """Returns a contact now; ``part`` is that of the velocity that is head-on."""
+        """Returns a contact now; ``part`` is the head-on part of the velocity."""
         ball = self._now.ball
         if isinstance(self._now.number, arb) and ball.rel_accuracy_bits() < NARROW:
             what = f"the time of contact {self._count}, to {NARROW} bits"
@@ -278,7 +277,7 @@ class Attempt:
         return BallContact(ball, a, b, tied, float(abs(arb(part)) / speed))
 
     def _look_for_a_jam(self) -> None:
-        """Ends the run where very many contacts took hardly any time."""
+        """Ends the run if very many contacts took hardly any time."""
         many = 200 * len(self._plans) + 2000
         self._count += 1
         if self._count % many == 0:
@@ -295,7 +294,7 @@ class Attempt:
             self._events[TURN, turn.body, 0] = PossibleEvent(now)
 
     def _bounce(self, body: int, wall: int, coming: PossibleEvent) -> BallContact:
-        """Mirrors a body's plan at a wall; one in the wall turns back where it is."""
+        """Mirrors a body's plan at a wall; a body inside the wall turns back at its place."""
         old, axis = self._plans[body], wall // 2
         met = self._contact(body, -1 - wall, old.velocity[axis], old.velocity)
         if coming.late:
@@ -306,8 +305,8 @@ class Attempt:
         return met
 
     def _collide(self, a: int, b: int, coming: PossibleEvent) -> BallContact:
-        """Exchanges momentum along the line of centres: where the discs touch, their squared distance is that
-        of the sum of their radii, and d.v is -root; where they overlapped before, both are as they are."""
+        """Exchanges momentum along the line of centres. If the discs touch, their distance is the sum of
+        their radii, and d.v is -root; if they overlapped before, both have their present values."""
         dx, dy, vx, vy = self._apart(a, b)
         dx, dy = dx + vx * self._delay, dy + vy * self._delay
         reach = self._radius[a] + self._radius[b]
@@ -328,7 +327,7 @@ class Attempt:
         self._change(body, OraclePlan(_short(place), _short(velocity), self._reference))
 
     def _change(self, body: int, plan: OraclePlan) -> None:
-        """Gives a body a new plan, and notes what it rested against until now: it touches that."""
+        """Gives a body a new plan, and notes the walls and bodies that it touched at rest until now."""
         for wall in range(4) if self._sides else ():
             axis = wall // 2
             if self._plans[body].velocity[axis] == 0 and self._at(body)[axis] == self._place(body, wall):
@@ -351,7 +350,7 @@ def _name(key: Key) -> str:
 
 
 def _short(pair: Pair) -> Pair:
-    """Returns two numbers, as balls where they are rational and too long to be worth keeping."""
+    """Returns two numbers; a rational one that is too long to keep becomes a ball."""
     x, y = (arb(each) if isinstance(each, fmpq) and each.height_bits() > LONGEST else each for each in pair)
     return x, y
 

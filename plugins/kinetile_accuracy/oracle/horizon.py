@@ -1,4 +1,4 @@
-"""The part ``oracle`` of the report: how long a run in doubles agrees with the certified oracle."""
+"""The part ``oracle`` of the report: the agreement of a run in doubles with the certified oracle."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from kinetile_accuracy.sections import Column, grouped, listed, number
 
 
 class Requirement(NamedTuple):
-    """A density of the thesis's grid, with how many discs, and the contacts a disc that must agree."""
+    """A density of the thesis's grid, its number of discs, and the contacts a disc that must agree."""
 
     density: float
     bodies: int
@@ -25,12 +25,12 @@ class Requirement(NamedTuple):
 REQUIREMENTS = (Requirement(0.5, 16, 40.0), Requirement(0.1, 16, 13.0), Requirement(0.01, 25, 4.5))
 SEEDS: dict[sections.Budget, int] = {"quick": 3, "normal": 10, "full": 50}
 LONG_ENOUGH = 2000
-"""Contacts of a run that is compared: far more than can agree."""
+"""Contacts of a compared run: far more than can agree."""
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far one run agrees with the oracle."""
+    """The agreement of one run with the oracle."""
 
     phase: Annotated[str, Column("the broad phase of the run", "broad phase")]
     density: Annotated[float, Column("of the scene", "density")]
@@ -42,10 +42,10 @@ class Horizon:
     holds: Annotated[bool, Column("whether that many contacts a disc agree")]
     bits: Annotated[int, Column("the precision that certified the run", "bits")]
     first_ticks: Annotated[
-        float, Column("largest error of a time in the first tenth of what is required", "off by, first tenth")
+        float, Column("largest error in the first tenth of the required contacts", "off by, first tenth")
     ]
-    growth: Annotated[float, Column("bits by which errors grow with each contact a disc", "bits a contact")]
-    differs: Annotated[str, Column("what the first contact is that does not agree")]
+    growth: Annotated[float, Column("growth of errors in bits with each contact a disc", "bits a contact")]
+    differs: Annotated[str, Column("the first contact that does not agree")]
 
 
 def measure(budget: sections.Budget, progress: sections.ReportProgress) -> sections.Section:
@@ -62,8 +62,8 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         title="How long a run agrees with the certified oracle",
         about=(
             f"The oracle follows scenes of the recipe grid in ball arithmetic and proves the order of the "
-            f"contacts; they are run under {phases}. A run agrees up to the first contact at which the two "
-            "lists differ. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
+            f"contacts; they are run under {phases}. A run agrees up to the first different contact in the "
+            "two lists. Contacts a disc count each contact for each disc in it. Times are off in ticks of "
             "2^-52 of a time unit."
         ),
         findings=findings(rows),
@@ -112,7 +112,7 @@ def measure_horizon(requirement: Requirement, seed: int) -> tuple[Agreement, Hor
 
 
 def findings(rows: Sequence[Horizon]) -> tuple[str, ...]:
-    """Returns how long runs agree, beside what is required, and how errors grow."""
+    """Returns sentences on the agreement of runs, with the requirement, and on the growth of errors."""
     whole, growth = [], []
     for density, some in grouped(rows, "density").items():
         at, paces = f"at density {density:g}", [row.contacts_per_disc for row in some]

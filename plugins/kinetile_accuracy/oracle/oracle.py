@@ -1,10 +1,10 @@
-"""The certified oracle: the list of contacts as it is in exact arithmetic, or as far as that can be proved.
+"""The certified oracle: the list of contacts in exact arithmetic, as far as it can be proved.
 
-An event-driven simulator of its own, which shares nothing with the kernel but the scene as data. It computes
+The oracle is an event-driven simulator that shares nothing with the kernel but the scene as data. It computes
 with balls: after each contact its bodies are compared with every other body and every wall, and each
 comparison that decides the order is certain, or the run begins again with twice the bits. Exact ties are
 decided in rational arithmetic while the bodies fly on rational lines (walls, lanes, contacts in line, and
-each first flight). What neither decides is undecidable, with the time and the bodies.
+each first flight). A comparison that neither decides is undecidable, with its time and bodies.
 """
 
 import math
@@ -21,21 +21,21 @@ from kinetile.lazy import needed
 from kinetile_accuracy.sections import listed
 
 CAP_BITS = 1 << 13
-"""Bits at which the oracle gives up, by default."""
+"""The most bits that the oracle tries by default."""
 
 FIRST_BITS = 1 << 7
 STUCK = 4
-"""Precisions in a row at which the same comparison may fail: after that it counts as an exact tie."""
+"""After this number of precisions in a row, the same failed comparison counts as an exact tie."""
 
 MOST_BODIES = 1000
 
 Ending = Literal["going on", "until", "quiet", "undecidable", "jammed"]
-"""Why there are no more contacts: no more were requested, the given time was reached, no further contact is
-possible, an order could not be decided, contacts followed each other without end in hardly any time."""
+"""The reason for the end: no more contacts were requested, the given time was reached, no further contact is
+possible, an order could not be decided, or contacts followed each other without end in hardly any time."""
 
 
 class Enclosure(NamedTuple):
-    """A number that is certain to lie within ``radius`` of ``middle``; both exact."""
+    """A number that certainly lies within ``radius`` of ``middle``; both exact."""
 
     middle: Fraction
     radius: Fraction
@@ -56,8 +56,8 @@ class Enclosure(NamedTuple):
 
 class CertifiedContact(NamedTuple):
     """A contact of body ``a`` with body ``b`` > a, or with a wall (-1 left, -2 right, -3 bottom, -4 top), at
-    the scene's ``time``; ``tied``: at that of the contact before it; ``head_on``: about which part of the
-    relative velocity is along the line of centres, or across the wall: near 0 it is a graze."""
+    the scene's ``time``; ``tied``: at the time of the contact before it; ``head_on``: approximately the part
+    of the relative velocity along the line of centres, or across the wall: near 0 it is a graze."""
 
     time: Enclosure
     a: int
@@ -67,7 +67,7 @@ class CertifiedContact(NamedTuple):
 
 
 class Undecidable(NamedTuple):
-    """What could not be decided, about when, and for which bodies."""
+    """An undecided comparison: its subject, its approximate time, and its bodies."""
 
     what: str
     time: float
@@ -77,8 +77,8 @@ class Undecidable(NamedTuple):
 @dataclass(frozen=True)
 class CertifiedRun:
     """The certified part of a run, with the highest precision that was needed: none of the ``contacts`` is
-    missing before the last. ``ended`` is why there are no more; ``undecidable`` says what could not be
-    decided, where that is why; ``until`` is the time at which it was to end."""
+    missing before the last. ``ended`` is the reason for its end; ``undecidable`` is the undecided comparison,
+    if that is the reason; ``until`` is the requested end."""
 
     contacts: tuple[CertifiedContact, ...]
     bits: int
@@ -88,7 +88,7 @@ class CertifiedRun:
 
     @property
     def complete(self) -> bool:
-        """Returns whether it has all contacts up to its end, or as many as were requested."""
+        """Returns True if it has all contacts up to its end, or the requested number."""
         return self.ended not in ("undecidable", "jammed")
 
     def __str__(self) -> str:
@@ -96,7 +96,7 @@ class CertifiedRun:
 
     @property
     def ending(self) -> str:
-        """Why it ended, in words."""
+        """The reason for its end, in words."""
         if self.undecidable is not None:
             what, time, bodies = self.undecidable
             which = ", ".join(map(str, bodies))
@@ -110,11 +110,11 @@ class CertifiedRun:
 
 
 class Oracle:
-    """The oracle of one scene: iterates over its contacts from the start on, certified, up to and at a time,
-    or as long as there are any, with ``cap_bits`` at most; ``certified`` is the certified part so far.
+    """The oracle of one scene: iterates over its certified contacts from the start on, up to and at a time,
+    or to the last one, with ``cap_bits`` at most; ``certified`` is the certified part so far.
 
-    Raises MissingExtra without python-flint, Refused where the scene has anything but elastic discs, walls
-    and turns, or too many bodies, and ValueError where ``until`` is before its start, or not a number.
+    Raises MissingExtra without python-flint, Refused if the scene has anything but elastic discs, walls and
+    turns, or too many bodies, and ValueError if ``until`` is before its start, or not a number.
     """
 
     def __init__(self, scene: Scene, until: float | None = None, *, cap_bits: int = CAP_BITS) -> None:
@@ -147,7 +147,7 @@ class Oracle:
                 yield from self._attempt()
                 return
             except Undecided as doubt:
-                # What stays undecided at the same contact is an exact tie: no number of bits decides it.
+                # Undecided again at the same contact: an exact tie, which no number of bits decides.
                 failures.append((len(self._found), doubt.what))
                 if failures[-STUCK:] == failures[-1:] * STUCK or 2 * self.bits > self._most_bits:
                     near = float(self._start + Fraction(doubt.time))
@@ -161,7 +161,7 @@ class Oracle:
         from kinetile_accuracy.oracle.times import exact
 
         def precisely(step: Any, *given: Any) -> Any:
-            with _flint().ctx.workprec(self.bits):  # others have their own precision between two contacts
+            with _flint().ctx.workprec(self.bits):  # callers have their own precision between contacts
                 return step(*given)
 
         end = None if self.until is None else exact(self.until) - exact(self.scene.start)
@@ -181,7 +181,7 @@ def oracle_contacts(
     scene: Scene, until: float | None = None, *, max_contacts: int | None = None, cap_bits: int = CAP_BITS
 ) -> CertifiedRun:
     """Returns the certified contacts of a scene, up to and at a time, by default the scene's own, or to a
-    number of contacts. Raises what ``Oracle`` raises, and ValueError where there is no end."""
+    number of contacts. Raises what ``Oracle`` raises, and ValueError without an end."""
     if until is None and max_contacts is None:
         until = scene.settings.until
         if until is None:
@@ -195,7 +195,7 @@ def oracle_contacts(
 def check_scope(scene: Scene, narrow_phases: Sequence[str] | None = None) -> None:
     """Raises Refused for anything but elastic discs, walls and turns, and for too many bodies."""
     names = narrow_phases if narrow_phases is not None else scene.settings.narrow_phases
-    either = {"wall"} if scene.arena is None else set()  # without an arena both are the same
+    either = {"wall"} if scene.arena is None else set()  # without an arena both choices are the same
     usual = names is None or bool(scene.shapes) or {*names} | either == {"disc", "wall"}
     responses = {response.name for row in scene.meets for response in row} - {"elastic"}
     found = {

@@ -1,8 +1,8 @@
-"""Numbers and times of the oracle: rational where they can be, else balls that certainly hold them.
+"""Numbers and times of the oracle: rational if possible, else balls that certainly hold them.
 
 The doubles of a scene are rational, and so is the flight of a disc until its first contact at an irrational
-time. Sums and products of rational numbers and balls are balls, so one formula serves both, and what is
-rational is compared exactly. The contact of two discs on rational plans is at p - sqrt(q) with rational p and
+time. Sums and products of rational numbers and balls are balls, so one formula serves both, and rational
+values are compared exactly. The contact of two discs on rational plans is at p - sqrt(q) with rational p and
 q; two such times are compared by squaring. All times count from the scene's start. Needs python-flint.
 """
 
@@ -25,7 +25,7 @@ class Root(NamedTuple):
 
     @property
     def rational(self) -> fmpq | None:
-        """The number, where it is rational."""
+        """The number, if it is rational."""
         above, below = self.q.numerator, self.q.denominator
         if not (above.is_square() and below.is_square()):
             return None
@@ -33,8 +33,8 @@ class Root(NamedTuple):
 
 
 class EventTime:
-    """A time: as a ball, as bounds in doubles, and exactly where it is rational or a root. Two events are at
-    one time if and only if they have the very same moment, as soon as they were compared."""
+    """A time: as a ball, as bounds in doubles, and exactly if it is rational or a root. Two events are at one
+    time if and only if they share the same moment object, as soon as they were compared."""
 
     __slots__ = ("ball", "high", "low", "number", "root")
 
@@ -49,7 +49,7 @@ class EventTime:
         self.high = middle + pad if known else math.inf
 
     def compare(self, other: "EventTime") -> int | None:
-        """Returns -1, 0 or 1: whether it is before another time, the same, or after it; None: unknown."""
+        """Returns -1, 0 or 1 if it is before another time, equal to it, or after it; None: unknown."""
         if self is other:
             return 0
         if self.ball < other.ball or self.ball > other.ball:
@@ -81,7 +81,7 @@ def exact(number: float) -> fmpq:
 
 
 def same(one: Root, two: Root) -> bool:
-    """Returns whether two roots are one number. With r and r' for sqrt(q) and sqrt(q'), r - r' = p - p' = d
+    """Returns True if two roots are one number. With r and r' for sqrt(q) and sqrt(q'), r - r' = p - p' = d
     holds if and only if both sides have one sign and one square: 2 r r' = q + q' - d^2."""
     d, e = one.p - two.p, one.q - two.q
     if (d > 0) != (e > 0) or (d < 0) != (e < 0):

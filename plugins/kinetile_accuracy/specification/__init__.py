@@ -1,1 +1,1 @@
-"""The contacts of a scene by docs/specification.md, in exact arithmetic, and lists checked against them."""
+"""The contacts of a scene by docs/specification.md, in exact arithmetic, and the check of lists by them."""

@@ -1,6 +1,6 @@
-"""What happens at contacts: rules 9, 9h, 9r, 9s and 11 of docs/specification.md.
+"""Velocities after contacts: rules 9, 9h, 9r, 9s and 11 of docs/specification.md.
 
-Of responses these are elastic, pass, restitution and stop; what others do is not specified.
+The specified responses are elastic, pass, restitution and stop; the effect of others is not specified.
 """
 
 import math
@@ -29,8 +29,8 @@ OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0
 
 
 class Support(NamedTuple):
-    """What may hold a body: a wall, or a body, through an image and on a face of their difference (None: on
-    no face); ``out`` is the unit normal from it to the body."""
+    """A possible support of a body: a wall, or a body, through an image and on a face of their difference
+    (None: on no face); ``out`` is the unit normal from it to the body."""
 
     number: int
     out: Vector
@@ -39,24 +39,24 @@ class Support(NamedTuple):
 
 
 def part(vector: Vector, out: Vector) -> float:
-    """Returns how much of a vector is along a unit normal."""
+    """Returns the component of a vector along a unit normal."""
     return vector[0] * out[0] + vector[1] * out[1]
 
 
 def across(vector: Vector, out: Vector) -> Vector:
-    """Returns what is left of a vector without that."""
+    """Returns a vector less its part along a unit normal."""
     less = part(vector, out)
     return vector[0] - less * out[0], vector[1] - less * out[1]
 
 
 def both_hold(pull: Vector, one: Support, two: Support) -> bool:
-    """Returns whether each of two supports presses a body with this acceleration on the other (rule 9r)."""
+    """Returns True if each of two supports presses a body with this acceleration on the other (rule 9r)."""
     return part(across(pull, one.out), two.out) < 0 and part(across(pull, two.out), one.out) < 0
 
 
 class Answers:
-    """The velocities after the contacts of a scene, whose tick has a ``length``: ``masses`` are those of all
-    bodies that there are or will be, ``passing`` is whether some may pass. Raises Refused for responses that
+    """The velocities after the contacts of a scene, whose tick has a ``length``. ``masses`` are the masses of
+    all bodies, present or later ones; ``passing`` is True if some may pass. Raises Refused for responses that
     are not specified."""
 
     def __init__(self, scene: Scene, count: int, length: float) -> None:
@@ -90,7 +90,7 @@ class Answers:
         return self._meets[self._kinds[a]][self._kinds[b] if b >= 0 else -1]
 
     def passes(self, a: int, b: int) -> bool:
-        """Returns whether two bodies pass through each other, or a body through a wall (b below 0)."""
+        """Returns True if two bodies pass through each other, or a body through a wall (b below 0)."""
         return bool(self.response(a, b).name == "pass")
 
     def set_kind(self, body: int, kind: str | int) -> None:
@@ -98,7 +98,7 @@ class Answers:
         self._kinds[body] = self._named.index(kind)
 
     def passes_as(self, kind: str | int, body: int) -> bool:
-        """Returns whether one of a kind would pass through a body."""
+        """Returns True if a body of a kind would pass through a body."""
         return bool(self._meets[self._named.index(kind)][self._kinds[body]].name == "pass")
 
     def settle(self, a: int, b: int) -> float:
@@ -107,13 +107,13 @@ class Answers:
 
     def touch(self, bodies: tuple[int, ...], now: int) -> None:
         """Notes that bodies are in a contact that counts as their last (rule 11): for an immovable one only
-        where no other is movable."""
+        if no other is movable."""
         movable = [body for body in bodies if self.masses[body] < math.inf]
         for body in movable or bodies:
             self._touched[body] = now
 
     def at_wall(self, a: int, wall: int, plan: FlightPlan, pull: Vector) -> Vector:
-        """Returns the velocity of a body that has met a wall, anchored; until then it was accelerated by
+        """Returns the velocity of a body that has met a wall, anchored; its acceleration until then is
         ``pull``."""
         response = self.response(a, wall)
         vx, vy = plan.vx, plan.vy
@@ -135,8 +135,8 @@ class Answers:
     def normal(
         self, one: FlightPlan, two: FlightPlan, apart: Vector, m: Difference | None
     ) -> tuple[Vector, Face | None]:
-        """Returns the unit normal of two bodies that have met, anchored and so far ``apart`` (rule 9p), and
-        its face, if it has one. ``m`` is the difference of shapes, None of discs."""
+        """Returns the unit normal of two bodies that have met, anchored and at a difference ``apart`` (rule
+        9p), and its face, if it has one. ``m`` is the difference of shapes, None for discs."""
         if m is None:
             dx, dy = apart
             size = math.sqrt(dx * dx + dy * dy)
@@ -151,8 +151,8 @@ class Answers:
         along: Vector,
         pulls: tuple[Vector, Vector],
     ) -> tuple[Vector, Vector]:
-        """Returns the velocities of two bodies that have met with a normal, anchored; until then they were
-        accelerated by ``pulls``."""
+        """Returns the velocities of two bodies that have met with a normal, anchored; their accelerations
+        until then are ``pulls``."""
         (a, b), (one, two) = bodies, plans
         response = self.response(a, b)
         velocities = (one.vx, one.vy), (two.vx, two.vy)
@@ -176,12 +176,12 @@ class Answers:
         return velocities
 
     def _lasting(self, response: Any) -> float:
-        """Returns how long the flight after a contact lasts at the least (rule 11h)."""
+        """Returns the least duration of the flight after a contact (rule 11h)."""
         return float(response.options.get("contact_time") or 0.0) or self._length * LASTING
 
     def _share(self, response: Any, bodies: list[int], now: int) -> float | None:
-        """Returns how much of the speed along the normal is taken from bodies, 2 where all of it comes back;
-        None: they come to rest, and not along the normal alone (rule 11h)."""
+        """Returns the part of the speed along the normal that bodies lose, 2 if all of it comes back; None:
+        they come to rest, and not along the normal alone (rule 11h)."""
         since = float(now - max(self._touched[body] for body in bodies)) * self._length
         if response.name == "stop":
             return 1.0 if self._accelerated and since <= 0.5 * self._length * LASTING else None

@@ -1,14 +1,14 @@
 """Rules 1 to 6 and 9 of docs/specification.md: places in integers, plans and exchanges in doubles.
 
 *Exact.* A double is an integer over a power of two, and so is the length of a tick. So a plan is written once
-as integers of one fineness: its coordinates, and how far it flies in a tick, in units of 2^-bits of the
-length; and how much its acceleration bends that. Where two bodies are apart, n ticks after the later anchor,
-is then a polynomial of n in integers, and so is all that the rules ask of that place (``touching``): they ask
-for signs at whole ticks (``signs``), and nothing is rounded before.
+as integers of one fineness, in units of 2^-bits of the length: its coordinates, its way in a tick, and the
+effect of its acceleration. The separation of two bodies, n ticks after the later anchor, is then a polynomial
+of n in integers, and so are all values that the rules derive from it (``touching``). The rules use their
+signs at whole ticks (``signs``), and nothing is rounded before.
 
 *Rounded.* Python's float is a double, each of its operations rounds once, to nearest and ties to even, and
-nothing is contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly as
-well. So rules 4 and 9 are the same expressions here, in the order of the rules.
+nothing is contracted; ``float(n)`` of an integer and the quotient of two integers are rounded correctly too.
+So rules 4 and 9 are the same expressions here, in the order of the rules.
 
 Nothing here is shared with the kernel.
 """
@@ -26,10 +26,10 @@ UNIT_BITS = 52
 UNIT_TICKS = 1 << UNIT_BITS
 
 SPAN = 1 << 61
-"""Ticks after which the clock anchors bodies that have flown on one plan all the while (rule 8)."""
+"""The clock anchors bodies that have flown on one plan for this number of ticks (rule 8)."""
 
 BEAT = 1 << 53
-"""What takes its place where an axis is periodic (rule 8p): no plan is kept for more than two of them."""
+"""The same with a periodic axis (rule 8p): no plan is kept for more than two of them."""
 
 Vector = tuple[float, float]
 Whole = tuple[int, int]
@@ -56,12 +56,12 @@ def unit_bits(scene: Scene) -> int:
 
 
 def tick_of(time: float, start: float, bits: int) -> int:
-    """Returns the tick of a time (rule 3), where the unit is 2^-bits."""
+    """Returns the tick of a time (rule 3) with the unit 2^-bits."""
     return math.floor((Fraction(time) - Fraction(start)) * Fraction(2) ** (UNIT_BITS + bits))
 
 
 def pull_of(insertion: Insert, gravity: Vector) -> Vector:
-    """Returns the acceleration of a body that is inserted (rule 2a)."""
+    """Returns the acceleration of an inserted body (rule 2a)."""
     if insertion.acceleration is None:
         return (0.0, 0.0) if math.isinf(insertion.mass) else gravity
     ax, ay = map(float, insertion.acceleration)
@@ -69,7 +69,7 @@ def pull_of(insertion: Insert, gravity: Vector) -> Vector:
 
 
 def largest_pull(scene: Scene) -> Vector:
-    """Returns the largest |ax| and |ay| of gravity and of any body (rule 3a); both 0: there are none."""
+    """Returns the largest |ax| and |ay| of gravity and of any body (rule 3a); both 0 without any."""
     pulls = [scene.gravity, *scene.acceleration.tolist()]
     pulls += [pull_of(each, scene.gravity) for each in scene.commands if isinstance(each, Insert)]
     pulls += [each.acceleration for each in scene.commands if isinstance(each, Accelerate)]
@@ -78,8 +78,8 @@ def largest_pull(scene: Scene) -> Vector:
 
 
 class Frame:
-    """What all plans of a scene have in common: the arena (width, height) or None, the unit 2^-bits, and the
-    periods of the axes, 0 for one that is not periodic."""
+    """The common data of all plans of a scene: the arena (width, height) or None, the unit 2^-bits, and the
+    periods of the axes; 0 if an axis is not periodic."""
 
     def __init__(
         self, arena: tuple[float, float] | None, bits: int, periods: tuple[float, float] = (0.0, 0.0)
@@ -93,8 +93,8 @@ class Frame:
 class FlightPlan:
     """The flight plan (rules 4 and 4a) of a disc, as doubles (``x``, ``y``, ``vx``, ``vy``, the acceleration
     ``pull``) and as integers, which count 2^-``bits`` of the length: ``place`` is x and y, ``step`` the way
-    of a tick along each axis, ``bend`` what the square of a number of ticks adds to it, and ``radius``. At
-    the tick ``anchor`` the body is at (x, y), less ``turns``, the periods that were taken off (rule 4p)."""
+    of a tick along each axis, ``bend`` the factor of the square of a number of ticks, and ``radius``. At the
+    tick ``anchor`` the body is at (x, y), less ``turns``, the periods that were taken off (rule 4p)."""
 
     __slots__ = ("anchor", "bend", "bits", "place", "pull", "radius", "step", "turns", "vx", "vy", "x", "y")
 
@@ -126,8 +126,8 @@ class FlightPlan:
         self.bend = hx, hy
 
     def flown(self, tick: int, bits: int) -> tuple[Polynomial, Polynomial]:
-        """Returns where the body is some ticks after a tick, along x and y, exactly: polynomials of the
-        ticks, at a fineness of at least its own."""
+        """Returns the exact position some ticks after a tick, along x and y: polynomials of these ticks, at a
+        fineness of at least its own."""
         elapsed, finer = tick - self.anchor, bits - self.bits
         x, y = (
             ((p + w * elapsed + h * elapsed * elapsed) << finer, (w + 2 * h * elapsed) << finer, h << finer)
@@ -144,10 +144,10 @@ class FlightPlan:
 
 
 class Separation:
-    """Where the second of two bodies is from the first, d(n) of rule 5, in integers that count 2^-``bits`` of
-    the length: the coefficients (``ways``) of 1, n and n^2, n counting ticks from ``since``, the later of the
-    anchors. ``reach`` is the sum of the radii. ``image`` is the periods of the frame by which the second is
-    seen away from its unwrapped place (rule 5p)."""
+    """The separation of the second of two bodies from the first, d(n) of rule 5, in integers that count
+    2^-``bits`` of the length: the coefficients (``ways``) of 1, n and n^2; n counts ticks from ``since``, the
+    later anchor. ``reach`` is the sum of the radii. ``image`` is the number of the frame's periods from the
+    second body's unwrapped place to its image (rule 5p)."""
 
     __slots__ = ("bits", "reach", "since", "ways")
 
@@ -174,9 +174,9 @@ def image_tick(
     earliest: int,
     tick_through: Callable[[Whole], int | None],
 ) -> tuple[int, Whole] | None:
-    """Returns the tick of contact of two bodies, the elder first, and the image (rule 5p); None: none on
-    these plans, or before the ``earliest``, or of some images. ``tick_through`` returns when they meet
-    through one. Computes images within reach in some time, and if none is met those of twice that time."""
+    """Returns the tick of contact of two bodies, the elder first, and the image (rule 5p); None: no contact
+    on these plans, or before the ``earliest``, or in ``left_out``. ``tick_through`` returns the tick of
+    contact through one image. Computes images within reach in some time; without a contact, in twice that."""
     own = Separation(one, two, frame)
     sides = [number << (own.bits - fine) for number, fine in map(ratio, frame.periods)]
     for power in range(49, 55):
@@ -199,8 +199,8 @@ def image_tick(
 def wall_tick(
     plan: FlightPlan, frame: Frame, reaches: Sequence[tuple[float, float]] | None = None
 ) -> tuple[int, int] | None:
-    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: none.
-    ``reaches`` are how far a shape reaches down and up each axis (rule 6s); None: as far as the radius."""
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6); None: no contact.
+    ``reaches`` are the extents of a shape down and up each axis (rule 6s); None: the radius."""
     found: list[tuple[int, int]] = []  # in the order of walls
     size, walls = 1 << plan.bits, ((LEFT, RIGHT), (BOTTOM, TOP))
     for axis, (extent, fine) in enumerate(frame.arena or ()):
@@ -225,13 +225,13 @@ def anchored(place: float, speed: float, ticks: int, tick: float, pull: float = 
 
 
 def product_error(a: float, b: float) -> float:
-    """Returns E(a, b) of rule 1: how much the product of two doubles loses by rounding, rounded."""
+    """Returns E(a, b) of rule 1: the loss of the product of two doubles by rounding, rounded."""
     (n, d), (m, e), (p, f) = a.as_integer_ratio(), b.as_integer_ratio(), (a * b).as_integer_ratio()
     return (n * m * f - p * d * e) / (d * e * f)
 
 
 def speed_along(normal: Vector, velocities: tuple[Vector, Vector]) -> float:
-    """Returns the speed of rule 9 with which the second of two bodies moves off along a unit vector to it."""
+    """Returns the speed of rule 9 at which the second of two bodies moves off along a unit vector to it."""
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     ux, uy = vxb - vxa, vyb - vya
     xx, yy = nx * nx, ny * ny
@@ -250,7 +250,7 @@ def exchanged_along(
     speed: float | None = None,
 ) -> tuple[Vector, Vector]:
     """Returns the velocities of two bodies after their contact (rule 9): ``normal`` is the unit vector to the
-    second; ``masses`` is None for one mass; ``speed`` is another one than that of rule 9."""
+    second; ``masses`` is None for one mass; ``speed`` replaces the speed of rule 9."""
     (nx, ny), ((vxa, vya), (vxb, vyb)) = normal, velocities
     if speed is None:
         speed = speed_along(normal, velocities)
@@ -275,7 +275,7 @@ def _share(mass: float, other: float, speed: float) -> float:
 
 
 def _turns(place: float, period: float) -> int:
-    """Returns how many periods rem(place, period) takes off (rule 2p); 0 without a period."""
+    """Returns the number of periods that rem(place, period) takes off (rule 2p); 0 without a period."""
     return round(Fraction(place) / Fraction(period)) if abs(place) > 0.5 * period > 0.0 else 0
 
 

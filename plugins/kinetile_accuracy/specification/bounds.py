@@ -1,54 +1,54 @@
-"""Lower bounds of contact times in doubles, so that few pairs have to be computed exactly.
+"""Lower bounds of contact times in doubles, so that few pairs need exact arithmetic.
 
-``ContactBounds`` has a row for each body's plan. At a tick before which no contact can come any more, and not
-before any anchor, it gives for one body and every other a tick before which the two do not meet. It decides
-nothing: a bound at the head of the queue is replaced by the exact tick.
+``ContactBounds`` has a row for each body's plan. Take a tick before which no contact can come any more, and
+which is not before any anchor. For one body and every other body, it returns a tick before which the two do
+not meet. It decides nothing: a bound at the head of the queue is replaced by the exact tick.
 
 The bound. Let u = 2^-53; X the largest of all coordinates of plans and of places at that tick; R the sum of
-two radii, r the largest radius; d and v separation and relative velocity of two bodies at the tick, in exact
-arithmetic; t the time from there to their contact, at which the distance is at most R. Until then they fly
+two radii, r the largest radius; d and v the separation and relative velocity of two bodies at the tick, in
+exact arithmetic; t the time from there to their contact, when the distance is at most R. Until then they fly
 |v| t <= |d| + R <= L with L = 4 X + 2 r, since |d| <= 2 sqrt(2) X.
 
 1. *Places.* A place is x + v s. The time s is a difference of integers, rounded; with the product and the sum
-   three roundings, of numbers below 2 X, X for the sum: at most 5.1 u X. A coordinate of d is the difference
-   of two: off by less than 13 u X, so d by less than 19 u X. The relative velocity is off by u |v|, which
-   until t comes to u L. So along the line of the doubles the distance at t is at most R + e with
-   e = 19 u X + u L.
-2. *The line.* For the doubles d and v, exactly: p = -d.v / |v| is how far the closest point is ahead, h =
-   |d x v| / |v| how close it is. The distance falls to rho after a way of s(rho) = p - sqrt(rho^2 - h^2), and
-   never if h > rho. Since ds/drho <= -1, s(rho + f) <= s(rho) - f for f >= 0.
+   there are three roundings, of numbers below 2 X, and X for the sum: at most 5.1 u X. A coordinate of d is
+   the difference of two places: its error is less than 13 u X, so the error of d is less than 19 u X. The
+   relative velocity has an error of u |v|, which until t grows to u L. So along the line of the doubles the
+   distance at t is at most R + e with e = 19 u X + u L.
+2. *The line.* For the doubles d and v, exactly: p = -d.v / |v| is the way to the closest point, and
+   h = |d x v| / |v| its distance. The distance falls to rho after a way of s(rho) = p - sqrt(rho^2 - h^2),
+   and never if h > rho. Since ds/drho <= -1, s(rho + f) <= s(rho) - f for f >= 0.
 3. *Roundings.* h and p are computed with errors of at most 6 u |d|: two products and a sum, none above
-   |d| |v|, two roundings' worth for |v|, one for the quotient. An error f of h is made good by f more of rho,
-   because (rho + f)^2 - (h + f)^2 >= rho^2 - h^2 for h <= rho. The root of (rho - h)(rho + h) is off by
-   3 u rho, rho itself by 2 u rho, the difference p - root by u L. With e that is, in all, less than
+   |d| |v|, two roundings' worth for |v|, one for the quotient. An error f of h is covered by f more in rho,
+   because (rho + f)^2 - (h + f)^2 >= rho^2 - h^2 for h <= rho. The root of (rho - h)(rho + h) has an error of
+   3 u rho, rho itself of 2 u rho, the difference p - root of u L. With e, the sum is less than
    70 u X + 20 u r. So with
 
        rho = R + fat,  fat = 2^-45 (X + r) = 256 u (X + r)
 
-   the computed way is at most the exact one to the contact, and where the computed h is above rho there is no
-   contact. Where the way is not positive, the contact may be now. Where p < -fat, d.v > 0 exactly: they part.
-4. *The tick.* The way divided by |v| and by a tick has six roundings: 1 - 2^-48 is less than they can lose.
-   Rounded down and added to the present tick, an integer, it is a bound of the contact's.
+   the computed way is at most the exact one to the contact, and if the computed h is above rho there is no
+   contact. If the way is not positive, the contact may be now. If p < -fat, d.v > 0 exactly: they part.
+4. *The tick.* The way divided by |v| and by a tick has six roundings: the factor 1 - 2^-48 is less than their
+   loss. Rounded down and added to the present tick, an integer, the result is a bound of the contact's tick.
 
-*Periods.* The separation is that of the nearest image, dx - N P for N the nearest whole number to dx / P; the
-product and the difference are two more roundings, of numbers below 2.5 X where X is P at least: 8 u X in the
+*Periods.* The separation is to the nearest image, dx - N P with N the nearest whole number to dx / P. The
+product and the difference are two more roundings, of numbers below 2.5 X if X is P at least: 8 u X in the
 terms of 1 to 3, twice, and 256 still covers that. Any other image is, along an axis of period P, at least
-P/2 - 6 u X away: so it does not come before (P/2 - rho) / |vx|, or that of y, as in 4.
+P/2 - 6 u X away: so it does not come before (P/2 - rho) / |vx|, or the same for y, as in 4.
 
 *Accelerations.* Let w be the relative acceleration, and n the direction of d. The distance at t is at least
-n.(d + v t + w t^2/2): so it does not come down to rho before g = |d| - rho is flown with the speed c = -n.v
-and the acceleration h = -n.w, which is after 2 g / (c + sqrt(c^2 + 2 h g)), or never. A product with n is off
-by less than 8 u times the sum of the sizes of what the vector is made of, of velocities and of what they have
-gained; c and h are enlarged by 2^-45 of these sums, and the root's argument by 2^-45 of itself, so that each
-of the three can only make the bound earlier. The terms of places are in X as well.
+n.(d + v t + w t^2/2). So it does not fall to rho before the gap g = |d| - rho is flown with the speed
+c = -n.v and the acceleration h = -n.w: this is after 2 g / (c + sqrt(c^2 + 2 h g)), or never. A product with
+n has an error of less than 8 u times the sum of the sizes of the vector's terms: velocities and their gains.
+c and h are enlarged by 2^-45 of these sums, and the root's argument by 2^-45 of itself, so each of the three
+can only make the bound earlier. The terms of places are in X as well.
 
-*Shapes.* The radii are those of the circles around them. Two whose circles overlap, fat included, may touch
-now; others not before their circles do.
+*Shapes.* The radii are the radii of the circles around them. Two shapes whose circles overlap, fat included,
+may touch now; others do not touch before their circles do.
 
 Underflow: |v|^2 below 2^-900 decides nothing, unless v is 0, and v = 0 is exact: then the two never meet.
-Above that, what underflows in a product is below 2^-1074, and divided by |v| below 2^-624, where fat is at
-least 2^-245 (radii are at least 2^-200). What overflows becomes infinite or not a number, and that is a bound
-of now; an infinite X makes fat infinite, and everything is computed exactly.
+Above that, the underflow of a product is below 2^-1074, and divided by |v| below 2^-624, while fat is at
+least 2^-245 (radii are at least 2^-200). An overflow becomes infinite or not a number, which is a bound of
+now; an infinite X makes fat infinite, and everything is computed exactly.
 """
 
 import numpy as np
@@ -63,7 +63,7 @@ _SLOWEST = 2.0**-900
 
 class ContactBounds:
     """Rows of all present bodies' plans: place, velocity, anchor, counted from ``origin`` so that 64 bits
-    hold it: that is moved on in time (``rebase``); all are within 2^62 ticks of the present one."""
+    hold it. The origin is moved on in time (``rebase``); all anchors are within 2^62 ticks of the present."""
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class ContactBounds:
         self._extent = max(self._extent, abs(plan.x), abs(plan.y))
 
     def remove(self, body: int) -> None:
-        """Takes a body out."""
+        """Removes a body."""
         self._absent[body] = True
 
     def rebase(self, origin: int) -> None:
@@ -104,8 +104,8 @@ class ContactBounds:
         self.origin = origin
 
     def waits(self, bodies: list[int], now: int) -> Floats:
-        """Returns (len(bodies), n): ticks from ``now`` on in which a body does not meet another; infinite
-        where they never do on these plans, and for the body itself."""
+        """Returns (len(bodies), n): ticks from ``now`` on without a contact of two bodies; infinite if
+        they never do on these plans, and for the body itself."""
         with np.errstate(all="ignore"):
             place, flies, pull = self._plans.reshape(3, 2, -1)
             elapsed = (now - self.origin - self._anchor) * self._tick
@@ -153,10 +153,10 @@ class ContactBounds:
         ahead = -(d * v).sum(axis=0) / speed
         miss = np.abs(d[0] * v[1] - d[1] * v[0]) / speed
         way = ahead - np.sqrt((reach - miss) * (reach + miss))
-        # What is not a number (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
+        # NaN (overflow, a root of less than 0) becomes a bound of now: fmax drops it.
         wait: Floats = np.fmax(way / speed * (self._ticks * _LESS), 0.0)
         passes = (miss > reach) | (ahead < -fat)
-        if self._shapes:  # within the circles around them two may touch, whatever these do
+        if self._shapes:  # within their circles two may touch, whatever the circles do
             inside = (d * d).sum(axis=0) <= reach * reach
             passes &= ~inside
             wait[inside] = 0.0
@@ -167,9 +167,9 @@ class ContactBounds:
         return wait
 
     def _others(self, wait: Floats, bodies: list[int], v: Floats, reach: Floats) -> Floats:
-        """Returns the waits for nearest images, less where another image may come before; of who is there."""
+        """Returns the waits for nearest images, less if another may come before; only for present bodies."""
         for speed, period in zip(v, self._periods, strict=True):
-            if period:  # another image: half a period is to be flown, but for the reach
+            if period:  # another image: half a period less the reach has to be flown
                 free = np.maximum(0.5 * period - reach, 0.0) / np.abs(speed) * (self._ticks * _LESS)
                 wait = np.minimum(wait, np.where(np.isnan(free), 0.0, free))
         wait[np.arange(len(bodies)), bodies] = np.inf

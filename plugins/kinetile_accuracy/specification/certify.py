@@ -1,6 +1,6 @@
-"""A list of contacts checked against docs/specification.md, line by line, in exact arithmetic. The certifier
-runs the scene itself (``course.Course``: integers, no tolerance, nothing of the kernel's contact times) and
-compares each line with its next event: a list is right to the end or wrong at one line."""
+"""The check of a list of contacts by docs/specification.md, line by line, in exact arithmetic. The certifier
+runs the scene itself (``course.Course``: integers, no tolerance, no contact times of the kernel) and compares
+each line with its next event: a list is right to the end or wrong at one line."""
 
 import math
 import operator
@@ -36,10 +36,10 @@ _PLAN = ("x", "y", "vx", "vy")
 _NAMES, _TIMED = ["epoch", "tick", "a", "b"], ["time", "a", "b"]
 
 _IDLE = UNIT_TICKS << 20
-"""Ticks without a contact after which a run that ends after so many contacts is given up."""
+"""A run that ends by its number of contacts is given up after so many ticks without a contact."""
 
 _FARTHEST = 20_000
-"""Contacts before a difference up to which ``explain_difference`` certifies: that takes some seconds."""
+"""The most contacts before a difference that ``explain_difference`` certifies, in some seconds."""
 
 _OTHERS = {
     **{each.code: f"the {each.said[0]}" for each in COMMAND_KINDS},
@@ -52,7 +52,7 @@ Line = tuple[int, int, int, int]
 
 
 class LogProgress(NamedTuple):
-    """How far a certifier is: lines found right, of how many; time of the last."""
+    """The progress of a certifier: the number of right lines, of all lines, and the time of the last."""
 
     lines: int
     total: int
@@ -61,8 +61,8 @@ class LogProgress(NamedTuple):
 
 @dataclass(frozen=True)
 class WrongLine:
-    """The first line that is not as the specification has it, and why, in a sentence: its place, from 0; the
-    line, (epoch, tick, a, b), None if missing; and the right one, or None."""
+    """The first line that differs from the specification, with the reason in a sentence: its place, from 0;
+    the line, (epoch, tick, a, b), None if missing; and the right line, or None."""
 
     index: int
     found: Line | None
@@ -72,10 +72,10 @@ class WrongLine:
 
 @dataclass(frozen=True)
 class CertifiedLog:
-    """The result of a check: how many ``lines`` are right, of the ``total``, before ``wrong``, if there is
-    one. ``until`` is the time up to and at which there must be no further contact; None: nothing is said of
-    that. ``finished`` is False where the check was broken off. ``fingerprint`` is the digest of the contacts
-    (rule 10), where all lines are right."""
+    """The result of a check: the number of right ``lines``, of the ``total``, before ``wrong``, if there is
+    one. ``until``: no further contact is allowed up to and at this time; None: later contacts were
+    not checked. ``finished`` is False if the check was interrupted. ``fingerprint`` is the digest of the
+    contacts (rule 10), if all lines are right."""
 
     lines: int
     total: int
@@ -86,7 +86,7 @@ class CertifiedLog:
 
     @property
     def right(self) -> bool:
-        """Returns whether all lines are right, and none is missing up to ``until``."""
+        """Returns True if all lines are right, and no line is missing up to ``until``."""
         return self.finished and self.wrong is None
 
     def __str__(self) -> str:
@@ -98,14 +98,14 @@ class CertifiedLog:
         return f"all lines are right: {self.total:,}, {end}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns everything in plain types, fit for JSON."""
+        """Returns all fields in plain types, fit for JSON."""
         wrong = self.wrong and vars(self.wrong)
         return {**vars(self), "right": self.right, "wrong": wrong, "sentence": str(self)}
 
 
 @dataclass
 class LogCertifier:
-    """A check under way, as ``certify_log`` does it; ``report`` says how far it is at any moment."""
+    """A check in progress, as by ``certify_log``; ``report`` is its result so far, at any moment."""
 
     scene: Scene
     contacts: Array | Sequence[Any]
@@ -129,7 +129,7 @@ class LogCertifier:
         self.report = CertifiedLog(0, len(self._rows), until, finished=False)
 
     def run(self, progress: Callable[[LogProgress], None] | None = None) -> CertifiedLog:
-        """Goes through all lines, or to the first that is wrong."""
+        """Checks all lines, up to the first wrong one."""
         wrong, fingerprint = self._first_wrong(progress), None
         if wrong is None and self.within is None:
             contacts = Fingerprint()
@@ -148,7 +148,7 @@ class LogCertifier:
         course = Course(scene, last if until == scene.settings.until else None)
         end = None if until is None else tick_of(until, scene.start, bits)
         contacts, held = 0, list[CourseEvent]()
-        untimely = -1  # the first line whose time is not that of its tick, in doubles
+        untimely = -1  # the first line whose time differs from its tick's, in doubles
         if self._timed:
             units = self._rows["epoch"] + self._rows["tick"] * 2.0**-UNIT_BITS
             off = self._rows["time"] != scene.start + units * 2.0**-bits
@@ -172,7 +172,7 @@ class LogCertifier:
             plans = self._wrong_plan(course, index, line) if self._whole else None
             if index == untimely:
                 time = float(self._rows["time"][index])
-                plans = f"the time of {_named(line)} is {time!r}, and not that of its tick"
+                plans = f"the time of {_named(line)} is {time!r}, and not the time of its tick"
             if plans is not None:
                 return WrongLine(index, found, found, plans)
             self.report = replace(self.report, lines=index + 1)
@@ -186,8 +186,8 @@ class LogCertifier:
         return WrongLine(len(self._rows), None, _line_of(due), why)
 
     def _snapped(self, course: Course, time: float, a: int, b: int) -> Line:
-        """Returns the contact that comes next where it is of these bodies, and within the distance of a time;
-        otherwise what is written, at the tick of the time."""
+        """Returns the next contact if it is of these bodies, and within the distance of a time; otherwise the
+        written line, at the tick of the time."""
         start, unit = self.scene.start, self.scene.time_unit
         slack = cast(float, self.within) * max(abs(time - start), unit)
         early, tick, late = (tick_of(time + by, start, unit_bits(self.scene)) for by in (-slack, 0.0, slack))
@@ -196,7 +196,7 @@ class LogCertifier:
         return _line_of(due if due and is_right else CourseEvent(tick, a, b))
 
     def _carried_out(self, course: Course, line: CourseEvent) -> list[CourseEvent]:
-        """Carries an event out; returns the rows behind it in a whole log: of what is held or let go."""
+        """Carries an event out; returns the rows after it in a whole log: of held or released bodies."""
         before = [plan.pull for plan in course.plans]
         course.carry_out()
         if not self._whole or line.b in (LEAVING, ACCELERATED, INSERTED):
@@ -208,13 +208,13 @@ class LogCertifier:
         return [CourseEvent(line.tick, body, LEAVING) for body in (*first, *others)]
 
     def _due(self, course: Course, end: int) -> CourseEvent | None:
-        """Returns the next event that the list must have; events that it leaves out are carried out."""
+        """Returns the next event that the list must have; carries out the events that it leaves out."""
         while (due := course.next(end)) is not None and due.b <= TURNED and not self._whole:
             course.carry_out()
         return due
 
     def _wrong_plan(self, course: Course, index: int, line: CourseEvent) -> str | None:
-        """Returns where a row's plans are not those of rule 9, or the command's; zeros have any sign."""
+        """Returns the first fault of a row's plans by rule 9, or by the command; zeros have any sign."""
         row, plan, nan = self._rows[index], course.plans[line.a], float("nan")
         one = two = (nan,) * len(_PLAN)
         if course.changes_plans(line):
@@ -243,21 +243,21 @@ def certify_log(
     within: float | None = None,
     progress: Callable[[LogProgress], None] | None = None,
 ) -> CertifiedLog:
-    """Checks that a list of contacts is the one that docs/specification.md gives a scene.
+    """Checks a list of contacts of a scene by docs/specification.md.
 
     Args:
-        scene: what was simulated, by ``disc`` or ``convex``, and ``wall``.
-        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. Where
+        scene: the simulated scene, with ``disc`` or ``convex``, and ``wall``.
+        contacts: (m,) rows with the fields epoch, tick, a, b, in their order, such as ``sim.contacts``. If
             rows have the fields of ``kinetile.LOG``, commands are among them, and the plans after each event
-            are compared; so is the field time. Lists of such rows, or of [epoch, tick, a, b], will do.
-        until: the time up to and at which all contacts must be there, and after which none; if it is that of
-            the scene's settings, their exact end counts. None: the lines alone are checked.
-        max_contacts: the list is of a run that was ended after this many contacts; with ``until`` there may
-            be fewer, and without it only if no more come for a million units.
-        fingerprint: the fingerprint that the list gives; None: it gives none.
+            are compared, and the field time too. Lists of such rows, or of [epoch, tick, a, b], are accepted.
+        until: all contacts up to and at this time must be there, and no later ones; if it is the time in the
+            scene's settings, their exact end counts. None: only the lines are checked.
+        max_contacts: the list is of a run that was ended after this number of contacts; with ``until`` there
+            may be fewer, and without it only if no more come for a million units.
+        fingerprint: the fingerprint that the list gives; None: it has no fingerprint.
         within: rows have the fields time, a, b, in the order of the right ones, and a time is right within
-            this distance, relative to that from the start, or to the unit of time; None: ticks are compared.
-        progress: called now and then with how far the check is.
+            this distance, relative to the time since the start or the unit of time; None: compares ticks.
+        progress: called now and then with the progress of the check.
 
     Raises BadOption for other fields, or ``until`` before the start; Refused for an unspecified response.
     """
@@ -266,7 +266,7 @@ def certify_log(
 
 
 def _as_rows(contacts: Array | Sequence[Any], names: list[str]) -> Array:
-    """Returns a list of contacts, of whatever form, as an array with these fields, or more."""
+    """Returns a list of contacts, of any form, as an array with these fields, or more."""
     known = contacts.dtype.names if isinstance(contacts, np.ndarray) and contacts.ndim == 1 else None
     if known and {*names} <= {*known}:
         return np.asarray(contacts)
@@ -284,8 +284,8 @@ def _as_rows(contacts: Array | Sequence[Any], names: list[str]) -> Array:
 def explain_difference(
     scene: Scene, lists: Mapping[str, Array], index: int, narrow_phases: Sequence[str] | None = None
 ) -> str:
-    """Returns in a sentence which contacts are right where ``lists`` of them, by the name of their source,
-    first differ, at ``index``; "" where the specification does not say how bodies meet, or too far on."""
+    """Returns a sentence that names the right lists among ``lists`` of contacts, by the names of their
+    sources, which first differ at ``index``; "" without a specified answer, or after too many contacts."""
     names = scene.settings.narrow_phases if narrow_phases is None else narrow_phases
     known = {"convex" if scene.shapes else "disc", *(() if scene.arena is None else ("wall",))}
     if index > _FARTHEST or (names is not None and set(names) != known):
@@ -297,11 +297,11 @@ def explain_difference(
     there = (contacts[index] for contacts in lists.values() if len(contacts) > index)
     latest = max(int(each["epoch"]) * UNIT_TICKS + int(each["tick"]) for each in there)
     tick = Fraction(2) ** -(UNIT_BITS + unit_bits(scene))
-    # Hardly after the latest, and not before it.
+    # Just after the latest, and not before it.
     until = math.nextafter(float(Fraction(scene.start) + latest * tick), math.inf)
 
     def verdict(contacts: Array) -> str:
-        """Returns whether contacts are right; up to ``until``, where the list has ended before."""
+        """Returns the verdict on contacts; up to ``until``, if the list has ended before."""
         found = certify_log(scene, contacts[: index + 1], until=None if len(contacts) > index else until)
         if found.wrong is None:
             return "is right there"
@@ -311,7 +311,7 @@ def explain_difference(
     return f"by the specification {'; '.join(verdicts)}"
 
 
-# Why a line is wrong: what its bodies do by the specification
+# Reasons for a wrong line: the motion of its bodies by the specification
 
 
 def _line_of(event: CourseEvent) -> Line:
@@ -334,8 +334,8 @@ def _named(event: CourseEvent) -> str:
 def _reason(
     course: Course, found: Line, due: CourseEvent | None, end: int | None
 ) -> tuple[str, CourseEvent | None]:
-    """Returns why a line is wrong, and the right one, if known; ``course`` is the scene after all lines
-    before it, and may be moved on; ``due`` is next up to the tick ``end``, or else the line's."""
+    """Returns the reason why a line is wrong, and the right line, if known; ``course`` is the scene after all
+    lines before it, and may be moved on; ``due`` is next up to the tick ``end``, or else the line's."""
     why = _malformed(course, found)
     if why is not None:
         return why, due
@@ -352,12 +352,12 @@ def _reason(
         return f"{at} is after the end, which is at {_when(end)}", due
     if own == line.tick and due is not None:
         return f"{at} comes too early: before it comes {_named(due)} at {_when(due.tick)}", due
-    follows = "" if due is None else f"; what comes next is {_named(due)} at {_when(due.tick)}"
+    follows = "" if due is None else f"; next is {_named(due)} at {_when(due.tick)}"
     return f"{at}: {why}{follows}", due
 
 
 def _malformed(course: Course, found: Line) -> str | None:
-    """Returns why no list of this scene can have a line; None where one can."""
+    """Returns the reason why no list of this scene can have a line; None if one can."""
     _, tick, a, b = found
     count = len(course.plans)
     for body in (a, max(b, 0)):
@@ -376,7 +376,7 @@ def _malformed(course: Course, found: Line) -> str | None:
 
 
 def _own_tick(course: Course, line: CourseEvent) -> tuple[int | None, str]:
-    """Returns when the bodies of a line meet by their present plans, or None; and that in words."""
+    """Returns the tick of contact of a line's bodies by their present plans, or None; and a text."""
     tick, a, b = line
     if b < 0:
         if b not in WALLS:

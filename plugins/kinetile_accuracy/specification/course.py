@@ -1,17 +1,17 @@
 """The course of events: rules 7 to 11 and 8r to 9r of docs/specification.md, each event decided exactly.
 
-A heap holds what may come next, by tick, class and numbers, which is the order of rule 8:
+A heap holds the possible next events, by tick, class and numbers, the order of rule 8:
 
-- *bounds* (class 0, before whatever else is at their tick): no contact of two bodies comes before it; or,
-  without a second body, no contact of one body with any that its entries do not name. At the head of the heap
-  the first is replaced by the exact tick, the second by new bounds of the body with all others;
+- *bounds* (class 0, before all else at their tick): no contact of two bodies comes before it; or, without a
+  second body, no contact of one body with any body that its entries do not name. At the head of the heap the
+  first kind is replaced by the exact tick, the second by new bounds of the body with all others;
 - anchorings by the clock, walls and pairs, exact.
 
 The commands of the scene, class 2, are in a list of their own: each comes before the walls and pairs of its
-tick, or after the number that it gives. When a body's plan has changed, ``bounds.ContactBounds`` bounds its
-contacts with all others: the few that may come first get an entry each, the rest one for all. So of each two
-bodies at least the one that changed last has an entry that covers the other, and an entry that is older than
-a plan of its bodies is dropped. That is O(n) a contact, with some two exact ticks.
+tick, or after its number of contacts. After a change of a body's plan, ``bounds.ContactBounds`` bounds its
+contacts with all others: the few that may come first get an entry each, the rest one for all. So for any two
+bodies, at least the one that changed last has an entry that covers the other, and an entry that is older than
+a plan of its bodies is dropped. This takes O(n) a contact, with some two exact ticks.
 """
 
 import heapq
@@ -45,15 +45,15 @@ from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
 _NOBODY = -1
 _FEW = 4
-"""Partners of a body with an entry of their own: with more, more entries are discarded."""
+"""Partners of a body with their own entries: with more partners, more entries are discarded."""
 
 
 EVENTS = {Turn: TURNED, Accelerate: ACCELERATED, SetKind: OF_KIND, Move: MOVED}
 EVENTS |= {Insert: INSERTED, Remove: REMOVED}
-"""What logs call the commands."""
+"""The commands as named in logs."""
 
 LEAVING = HELD
-"""What they call a body that leaves what holds it (rule 8r)."""
+"""The name in logs of a body that leaves its support (rule 8r)."""
 
 Command = Turn | Accelerate | SetKind | Move | Insert | Remove
 
@@ -67,8 +67,8 @@ class CourseEvent(NamedTuple):
 
 
 class _Entry(NamedTuple):
-    """What may come next: compared in this order, which is that of rule 8. ``b`` is a body, or ``_NOBODY``;
-    at a wall its number, negated, or ``-LEAVING``. The stamps say which plans of a and b are meant."""
+    """A possible next event, compared in this order, the order of rule 8. ``b`` is a body, or ``_NOBODY``; at
+    a wall its number, negated, or ``-LEAVING``. The stamps identify the plans of a and b."""
 
     tick: int
     kind: int
@@ -80,7 +80,7 @@ class _Entry(NamedTuple):
 
 
 class _Passing(NamedTuple):
-    """Two bodies a < b that pass through each other, and through which image (rule 11p)."""
+    """Two bodies a < b that pass through each other, and their image (rule 11p)."""
 
     a: int
     b: int
@@ -88,7 +88,7 @@ class _Passing(NamedTuple):
 
 
 class _Planned(NamedTuple):
-    """A command of the scene: its tick, how many contacts of that tick come before it, and what it is."""
+    """A command of the scene: its tick, the number of contacts of that tick before it, and the command."""
 
     tick: int
     after: int
@@ -102,9 +102,9 @@ class _Planned(NamedTuple):
 class Course:
     """The events of a scene, one after the other; ``last`` is an exact end (rule 8): tick, contacts.
 
-    ``plans`` are the present flight plans, by body: the last of one that is gone, any of one still to come.
-    ``held`` is what holds each body (rule 9r), ``present`` whether it is there, ``now`` the tick up to which
-    all is known, ``tick`` how long one is.
+    ``plans`` are the present flight plans, by body: the last plan of a removed body, any plan of a later one.
+    ``held`` are the supports of each body (rule 9r), ``present`` is True for present bodies, all events up to
+    the tick ``now`` are known, and ``tick`` is the length of a tick.
     """
 
     def __init__(self, scene: Scene, last: tuple[int, int] | None = None) -> None:
@@ -129,14 +129,14 @@ class Course:
         self._shapes = dict(enumerate(scene.shapes[each] for each in scene.shape.tolist() if each >= 0))
         self._shapes |= {each.body: each.shape for each in inserted if isinstance(each.shape, Shape)}
         self._difference_of = cache(Difference)
-        self._passing: dict[_Passing, int] = {}  # with the first tick of each
-        self._at_once: list[_Passing] = []  # those that begin now, before all else
+        self._passing: dict[_Passing, int] = {}  # each with its first tick
+        self._at_once: list[_Passing] = []  # the passings that begin now, before all else
         self._heap = [_Entry(self._span, _ANCHORING, _NOBODY, _NOBODY)]
-        self._contacts = _NOBODY, 0  # the tick of the last contact, and how many there were
-        self._met = [_NOBODY] * count  # whom each has just met (rule 7), and through which image
+        self._contacts = _NOBODY, 0  # the tick of the last contact, and the number there
+        self._met = [_NOBODY] * count  # the body that each has just met (rule 7), and the image
         self._image: list[Whole] = [(0, 0)] * count
         self._stamp = [0] * count
-        self._whole: list[Vector] = [(0.0, 0.0)] * count  # accelerations, whatever holds a body
+        self._whole: list[Vector] = [(0.0, 0.0)] * count  # accelerations, also of held bodies
         self.held: list[tuple[Support, ...]] = [()] * count
         radius, shaped = np.array(self._radius), bool(scene.shapes)
         self._bounds = ContactBounds(radius, self.frame.fine, scene.periods, shaped, self.accelerated)
@@ -186,7 +186,7 @@ class Course:
         return None
 
     def _is_command_next(self) -> bool:
-        """Returns whether a command comes before the head of the heap (rule 8)."""
+        """Returns True if a command comes before the head of the heap (rule 8)."""
         if not self._commands:
             return False
         (tick, after, _), head = self._commands[-1], self._heap[0]
@@ -198,8 +198,8 @@ class Course:
         return self._contacts[1] if self._contacts[0] == tick else 0
 
     def _has_room(self, command: Command) -> bool:
-        """Returns whether a body that is inserted or moved now has room (rules 9 and 11m), or one that gets
-        another kind passes still through what it is passing through (rule 11k); of another command always."""
+        """Returns True if a body that is inserted or moved now has room (rules 9 and 11m), or if a body with
+        a new kind still passes through its present partners (rule 11k); always for another command."""
         if isinstance(command, SetKind):
             body = command.body
             through = {a + b - body for a, b, _ in self._passing if body in (a, b)}
@@ -229,13 +229,13 @@ class Course:
         return True
 
     def _ends_with(self, command: Command) -> _Passing | None:
-        """Returns the first of the passings that end before a command, since its body goes; None: none."""
+        """Returns the first passing that ends before a command that takes its body away; or None."""
         if not isinstance(command, Remove | Move):
             return None
         return min((each for each in self._passing if command.body in each[:2]), default=None)
 
     def _overlaps(self, pairs: Iterable[tuple[int, int]]) -> list[_Passing]:
-        """Returns the passings that begin at once, since bodies overlap (rules 11 and 11p)."""
+        """Returns the passings that begin at once, because bodies overlap (rules 11 and 11p)."""
         found = []
         for a, b in pairs:
             if not self._answers.passes(a, b):
@@ -251,8 +251,8 @@ class Course:
         return found
 
     def _overlap(self, a: int, b: int, apart: Vector, reach: float) -> bool:
-        """Returns whether two bodies overlap whose places are so far apart: discs nearer than a reach, and
-        shapes deeper than the same share of their radii, unless both are immovable (rules 9 and 9s)."""
+        """Returns True if two bodies at a difference ``apart`` overlap: discs nearer than a reach, and shapes
+        deeper than the same share of their radii, unless both are immovable (rules 9 and 9s)."""
         m = self._difference(a, b)
         if m is None:
             return apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
@@ -284,7 +284,7 @@ class Course:
             return
         if kind == _PAIR and self._answers.passes(a, b):
             met = self.meeting(a, b)
-            assert met is not None  # it was when it came to the head
+            assert met is not None  # it was known when it came to the head
             self._begin_passing(_Passing(a, b, met[1]))
             self._replace_bound(a, b)
             return
@@ -312,8 +312,8 @@ class Course:
         self._drop_former()
 
     def _drop_former(self) -> None:
-        """Drops entries of former plans, which go only when they come to the head: without this, a body that
-        is to meet a wall in the far future would leave one at each of its contacts."""
+        """Drops entries of former plans, which are else removed only at the head of the heap: a body that is
+        to meet a wall in the far future would leave one at each of its contacts."""
         if len(self._heap) > 64 * len(self.plans) + 1024:
             self._heap = [entry for entry in self._heap if self._is_current(entry)]
             heapq.heapify(self._heap)
@@ -333,7 +333,7 @@ class Course:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
         held = self.held[a], self.held[b]
         pulls = self.plans[a].pull, self.plans[b].pull
-        one, two = self._anchored(a), self._anchored(b)  # by these plans they meet
+        one, two = self._anchored(a), self._anchored(b)  # the plans of their contact
         out, face = self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
         plans = one, two = self._let_go(a), self._let_go(b)
         w = self._answers.settle(a, b)
@@ -350,7 +350,7 @@ class Course:
             self._change(body, plan, velocity)
 
     def _settles(self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...]) -> bool:
-        """Gives a body its plan on a support, if it settles there (rule 9r); ``held`` is what did so far."""
+        """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its old supports."""
         whole, other = self._whole[body], support.number
         if other >= 0:
             its = self.plans[other]
@@ -376,7 +376,7 @@ class Course:
         return True
 
     def _leaving(self, body: int) -> int | None:
-        """Returns when a body leaves what holds it (rule 8r); None: never, or nothing does."""
+        """Returns the tick at which a body leaves its support (rule 8r); None: never, or no support."""
         if len(self.held[body]) != 1 or self.held[body][0].face is None:
             return None
         ((other, _, image, face),) = self.held[body]
@@ -391,14 +391,14 @@ class Course:
         return None if wait is None else plan.anchor + wait
 
     def _let_go(self, body: int) -> FlightPlan:
-        """Ends what holds a body, anchored now, and returns its plan (rule 9h)."""
+        """Releases a body, anchored now, from its supports, and returns its plan (rule 9h)."""
         plan = self._anchored(body)
         self._change(body, plan, (plan.vx, plan.vy), self._whole[body])
         self.held[body] = ()
         return self.plans[body]
 
     def _let_go_of(self, support: int) -> None:
-        """Lets go what a body holds (rule 9h)."""
+        """Releases all that a body holds (rule 9h)."""
         for body, held in enumerate(self.held):
             if held and any(each.number == support for each in held):
                 self._let_go(body)
@@ -465,11 +465,11 @@ class Course:
         self._bounds.put(body, plan)
 
     def have_just_met(self, a: int, b: int) -> bool:
-        """Returns whether two bodies have just met each other (rule 7)."""
+        """Returns True if two bodies have just met each other (rule 7)."""
         return self._met[a] == b and self._met[b] == a
 
     def meeting(self, a: int, b: int) -> tuple[int, Whole] | None:
-        """Returns the tick of contact of bodies a < b, and the image; None: none."""
+        """Returns the tick of contact of bodies a < b, and the image; None: no contact."""
         m, one, two = self._difference(a, b), self.plans[a], self.plans[b]
         met = self._image[a] if self.have_just_met(a, b) else None
         held = [each.image for each in self.held[a] if each.number == b]
@@ -488,7 +488,7 @@ class Course:
         return None if tick is None else (tick, (0, 0))
 
     def wall(self, body: int) -> tuple[int, int] | None:
-        """Returns the tick of contact of a body with a wall by its plan, and which one; None: none."""
+        """Returns the tick of contact of a body with a wall by its plan, and the wall; None: no contact."""
         plan = self.plans[body]
         if not self._shapes:
             return arithmetic.wall_tick(plan, self.frame)
@@ -501,7 +501,7 @@ class Course:
         return self._difference_of(self._shapes[a], self._shapes[b]) if self._shapes else None
 
     def _apart(self, one: FlightPlan, two: FlightPlan, image: Whole) -> Vector:
-        """Returns where the second of two anchored bodies is met from the first, through an image (rule
+        """Returns the difference from the first of two anchored bodies to the second, through an image (rule
         9p)."""
         right, up = (float(image[axis] + two.turns[axis] - one.turns[axis]) for axis in range(2))
         width, height = self.frame.periods
@@ -514,22 +514,22 @@ class Course:
         return FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame, *more)
 
     def changes_plans(self, event: CourseEvent) -> bool:
-        """Returns whether an event gives plans to its bodies: all but passings do."""
+        """Returns True if an event gives plans to its bodies: all but passings do."""
         return event.b < 0 or not self._answers.passes(event.a, event.b)
 
     def ends(self, a: int, b: int) -> bool:
-        """Returns whether bodies a < b pass through each other, so that they are to part."""
+        """Returns True if bodies a < b pass through each other, so that they have to part."""
         return any(each[:2] == (a, b) for each in self._passing)
 
     def _has_begun(self, a: int, b: int, tick: int) -> bool:
-        """Returns whether an entry of a tick of contact is of a passing that lasts by now."""
+        """Returns True if an entry of a tick of contact belongs to a passing that has begun by now."""
         if not self._periodic or not self.ends(a, b):
             return self.ends(a, b)
         met = self.meeting(a, b)
         return met is None or met[0] != tick
 
     def is_planned(self, event: CourseEvent) -> bool:
-        """Returns whether the scene has a command at a tick, which has not happened yet."""
+        """Returns True if the scene has this command at its tick, and it has not happened yet."""
         return any(planned.event == event for planned in self._commands)
 
     def _is_current(self, entry: _Entry) -> bool:
@@ -569,7 +569,7 @@ class Course:
                 if body in (a, b):
                     waits[a + b - body] = np.inf
             stamp, last = self._stamp[body], min(_FEW, len(waits)) - 1
-            # Those of the next tick, too: their bound would be renewed again and again.
+            # Waits of a tick at most too: their bound would be renewed again and again.
             enough = max(np.partition(waits, last)[last], 1.0)
             for other in np.flatnonzero((waits <= enough) & (waits < HORIZON)).tolist():
                 tick = self.now + int(waits[other])
@@ -606,7 +606,7 @@ def _two(numbers: Sequence[float] | Floats) -> Vector:
 
 
 def _moment(command: Command, start: float, bits: int) -> tuple[int, int]:
-    """Returns the tick of a command, and after how many contacts of that tick it comes (rule 2)."""
+    """Returns the tick of a command, and the number of contacts of that tick before it (rule 2)."""
     if command.at is None:
         return arithmetic.tick_of(command.time, start, bits), 0
     epoch, tick, after = command.at

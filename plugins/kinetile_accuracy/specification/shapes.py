@@ -1,9 +1,9 @@
 """The difference of two convex shapes, and rules 6s, 8r and 9s of docs/specification.md.
 
-Where the second body is d from the first, two bodies touch if d is as far from the difference M of their
-cores as the sum R of their radii. ``Difference`` is M with R, in integers that count 2^-``bits`` of the
-length, so that all of it is exact; when a place touches it ``touching`` finds. ``normal_and_face`` is the
-normal of rule 9s, ``room`` its room, and ``wall_tick`` is rule 6s.
+With the second body at d from the first, two bodies touch if the distance of d from the difference M of their
+cores is the sum R of their radii. ``Difference`` is M with R, in integers that count 2^-``bits`` of the
+length, so all of it is exact; ``touching`` finds the tick at which a place touches it. ``normal_and_face`` is
+the normal of rule 9s, ``room`` its room, and ``wall_tick`` is rule 6s.
 
 Nothing here is shared with the kernel, nor with the checks of a scene.
 """
@@ -30,9 +30,9 @@ class Face(NamedTuple):
 
 class Difference:
     """The difference M of the cores of two shapes, the first less the second, and the sum of their radii, R.
-    Its ``corners`` go anticlockwise from the one with the smallest x, then y, no three in one line, by these
-    ``ways``; its ``faces`` are in the order of their numbers, two for a line, none for a point. ``flush`` is
-    the width of the strip, and ``inner`` what it leaves of R, rounded."""
+    Its ``corners`` are anticlockwise from the one with the smallest x, then y, no three in one line, with
+    these ``ways`` between them; its ``faces`` are in the order of their numbers, two for a line, () for a
+    point. ``flush`` is the width of the strip, and ``inner`` is R less the strip, rounded."""
 
     def __init__(self, one: Shape, two: Shape) -> None:
         sizes = (each.radius + max(abs(c) for corner in each.core for c in corner) for each in (one, two))
@@ -69,7 +69,7 @@ class Difference:
 
 
 def _next(here: Whole, places: set[Whole]) -> Whole:
-    """Returns the corner after another one, anticlockwise: no place is right of the way, none beyond it."""
+    """Returns the corner after another one, anticlockwise: no place is right of the way or beyond it."""
     found = here
     for place in places:
         way, other = less(found, here), less(place, here)
@@ -81,7 +81,7 @@ def _next(here: Whole, places: set[Whole]) -> Whole:
 
 def _direction(normal: Whole) -> tuple[bool, Fraction, bool]:
     """Returns the key of the order of faces: the angle of the line along the normal, from 0 to less than half
-    a turn; of two opposite normals first the one at that angle."""
+    a turn; for two opposite normals, first the one at that angle."""
     x, y = normal
     downward = y < 0 or (y == 0 and x < 0)
     return y != 0, Fraction(-x, y) if y else Fraction(0), downward
@@ -89,7 +89,7 @@ def _direction(normal: Whole) -> tuple[bool, Fraction, bool]:
 
 def normal_and_face(m: Difference, d: Vector, v: Whole) -> tuple[Vector, Face | None]:
     """Returns the unit normal of an exchange (rule 9s), from the separation and the way of the next tick, in
-    whichever unit, and its face; None: it is the normal of a corner."""
+    any unit, and its face; None: it is the normal of a corner."""
     closing = [face for face in m.faces if dot(face.normal, v) < 0] if not m.radius else []
     face, away = _rounded(m, closing or m.faces, d)
     if face is not None and away is None:
@@ -100,7 +100,7 @@ def normal_and_face(m: Difference, d: Vector, v: Whole) -> tuple[Vector, Face | 
 
 
 def room(m: Difference, d: Vector) -> float:
-    """Returns how far apart two bodies are (rule 9s, room of the first), as a double: the gap less R."""
+    """Returns the gap of two bodies less R (rule 9s, room of the first), as a double."""
     face, away = _rounded(m, m.faces, d)
     if away is None:
         assert face is not None
@@ -109,19 +109,19 @@ def room(m: Difference, d: Vector) -> float:
 
 
 def _rounded(m: Difference, faces: list[Face], d: Vector) -> "tuple[_RoundedFace | None, Vector | None]":
-    """Returns the one of some faces that counts at a place, and the way from the corner that does instead."""
+    """Returns the face that counts at a place, of some, and the way from the corner that counts instead."""
     if not faces:
         return None, _from(m.corners[0], d, m.bits)
     seen = (_RoundedFace(face, d, m.bits) for face in faces)
-    face = max(seen, key=lambda each: each.gap)  # of several the first
+    face = max(seen, key=lambda each: each.gap)  # if several tie, the first
     if m.radius and face.before[0] > 0:
         return face, face.before[1]
     return face, face.after[1] if m.radius and face.after[0] < 0 else None
 
 
 class _RoundedFace:
-    """A face with rounded numbers: its normal, its gap, and how far a place is before its first corner and,
-    negated, after its second, each with the way from that corner."""
+    """A face with rounded numbers: its normal, its gap, and the distances of a place before its first corner
+    and, negated, after its second, each with the way from that corner."""
 
     def __init__(self, face: Face, d: Vector, bits: int) -> None:
         self.face = face
@@ -141,8 +141,8 @@ def _from(corner: Whole, d: Vector, bits: int) -> Vector:
 
 
 def ledge(m: Difference, face: Face, d: Vector, v: Vector, pull: Vector, tick: float) -> int | None:
-    """Returns in how many ticks a place that moves along a face is beyond one of its ends, by more than the
-    strip (rule 8r); None: never."""
+    """Returns the number of ticks after which a place that moves along a face is beyond one of its ends by
+    more than the strip (rule 8r); None: never."""
     seen, flush = _RoundedFace(face, d, m.bits), Fraction(m.flush, 1 << m.bits)
     (nx, ny), q = seen.normal, Fraction(tick)
     speed, bend = Fraction(nx * v[1] - ny * v[0]) * q, Fraction(nx * pull[1] - ny * pull[0]) * q * q / 2
@@ -153,7 +153,7 @@ def ledge(m: Difference, face: Face, d: Vector, v: Vector, pull: Vector, tick: f
 
 
 def wall_tick(shape: Shape, plan: FlightPlan, frame: Frame) -> tuple[int, int] | None:
-    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6s); None: none."""
+    """Returns (tick, wall) of the contact of a body with a wall by its plan (rule 6s); None: no contact."""
     r = shape.radius
     reaches = [(r - min(core), r + max(core)) for core in zip(*shape.core, strict=True)]  # as doubles
     return arithmetic.wall_tick(plan, frame, reaches)

@@ -1,11 +1,11 @@
-"""Signs of polynomials at whole ticks: what rules 5 to 7 of docs/specification.md ask, in integers.
+"""Signs of polynomials at whole ticks, in integers, for rules 5 to 7 of docs/specification.md.
 
-A polynomial is the list of its coefficients, integers, from that of degree 0 on, of a whole number of ticks.
-Contact is a matter of signs at whole ticks: the first n at which Q(n + 1) is below 0 and below Q(n). Let
-dQ(n) = Q(n + 1) - Q(n), of one degree less. Where dQ is nowhere below 0, or everywhere, Q is monotone; so it
-changes its sign at most once there, and bisection finds where. By induction that gives, for a polynomial of
-any degree, all places at which it goes below 0 or comes back from there. No root decides: those of degrees 1
-and 2 are where the bisection begins, which makes it short.
+A polynomial of a whole number of ticks is the list of its coefficients, integers, from degree 0 on. A contact
+depends on signs at whole ticks: it is at the first n with Q(n + 1) below 0 and below Q(n). Let
+dQ(n) = Q(n + 1) - Q(n), of one degree less. In an interval where dQ is nowhere below 0, or everywhere, Q is
+monotone; so it changes its sign at most once there, and bisection finds the place. By induction this gives,
+for a polynomial of any degree, all n with a fall below 0 or a return. No root decides: for
+degrees 1 and 2 the bisection begins at the roots, which makes it short.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ Runs = list[tuple[int, int]]
 
 
 def first_fall(q: Polynomial, start: int = 0) -> int | None:
-    """Returns the first n from ``start`` on at which Q(n + 1) < min(0, Q(n)), or None."""
+    """Returns the first n from ``start`` on with Q(n + 1) < min(0, Q(n)), or None."""
     steps = differences(q)
     for low, high in pairwise([start, *changes(steps, start), HORIZON]):
         falls = low < high and value_at(steps, low) < 0  # all the way
@@ -32,8 +32,8 @@ def first_fall(q: Polynomial, start: int = 0) -> int | None:
 
 
 def counts_from(gaps: Sequence[Polynomial]) -> int | None:
-    """Returns from which n on two that have just met may meet again (rules 7 and 7s): the first at which one
-    of some gaps grows, but 0 if all of them shrink, more and more; None: from none on."""
+    """Returns the first n at which two bodies that have just met may meet again (rules 7 and 7s): the first
+    with growth of one of some gaps, but 0 if all of them shrink, more and more; None: no n."""
     steps = [differences(gap) for gap in gaps]
     if all(value_at(each, 1) < value_at(each, 0) <= 0 for each in steps):
         return 0
@@ -42,8 +42,8 @@ def counts_from(gaps: Sequence[Polynomial]) -> int | None:
 
 
 def where(start: int, below: Sequence[Polynomial], others: Sequence[Polynomial] = ()) -> Runs:
-    """Returns the n from ``start`` on, up to the horizon, at which some polynomials are below 0, and others
-    are not."""
+    """Returns the n from ``start`` on, up to the horizon, with some polynomials below 0, and others not
+    below 0."""
     found = [(start, HORIZON)] if start < HORIZON else []
     for k, p in enumerate((*below, *others)):
         if not found:
@@ -61,7 +61,7 @@ def both(one: Runs, other: Runs) -> Runs:
 
 
 def changes(p: Polynomial, start: int) -> list[int]:
-    """Returns the n after ``start`` at which p is below 0 and was not at n - 1, or the other way round."""
+    """Returns the n after ``start`` with p below 0 and not below 0 at n - 1, or the other way round."""
     if not any(p[1:]):
         return []
     found = []
@@ -72,8 +72,8 @@ def changes(p: Polynomial, start: int) -> list[int]:
 
 
 def _first(p: Polynomial, low: int, high: int) -> int:
-    """Returns the first n after ``low`` at which p is below 0 as it is at ``high``, or is not as it is not
-    there. Before: it is the other way at ``low``, and changes once."""
+    """Returns the first n after ``low`` with p on the same side of 0 as at ``high`` (below 0, or not below).
+    Needs p on the other side at ``low``, with one change between."""
     there, guesses = value_at(p, high) < 0, _near_roots(p)
     while high - low > 1:
         middle = next(guesses, (low + high) >> 1)

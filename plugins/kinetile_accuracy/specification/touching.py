@@ -1,7 +1,7 @@
-"""Rules 5, 7 and 11 of docs/specification.md, and 5s, 7s and 11s: when two bodies touch, and when they part.
+"""Rules 5, 7 and 11 of docs/specification.md, and 5s, 7s and 11s: the ticks of contact and of parting.
 
-All is said by signs of polynomials of whole n (``signs``): whether d(n) is beyond the line of a face, over
-the face, or beside a corner, and whether it comes nearer. Lengths are integers, as in ``arithmetic``.
+Signs of polynomials of whole n (``signs``) decide all cases: d(n) beyond the line of a face, over the face,
+or beside a corner, and its approach. Lengths are integers, as in ``arithmetic``.
 
 Nothing here is shared with the kernel.
 """
@@ -24,14 +24,14 @@ from kinetile_accuracy.specification.signs import (
 )
 
 Path = Sequence[Whole]
-"""d(n), by its three coefficients: vectors."""
+"""d(n) by its three coefficients, which are vectors."""
 
 
 def touching_tick(
     m: Difference | None, flight: Separation, met: bool = False, earliest: int | None = None
 ) -> int | None:
-    """Returns the tick of contact of two bodies, not before the ``earliest``; None: none. ``m`` is the
-    difference of their shapes, None of discs; ``met``: they have just met each other."""
+    """Returns the tick of contact of two bodies, not before the ``earliest``; None: no contact. ``m`` is the
+    difference of their shapes, None for discs; ``met``: they have just met each other."""
     if met and flight.ways[2] == (0, 0):
         return None
     start = 0 if earliest is None else max(earliest - flight.since, 0)
@@ -47,7 +47,7 @@ def touching_tick(
 
 
 def parting_tick(m: Difference | None, flight: Separation, begun: int) -> int | None:
-    """Returns the tick at which two bodies part that have ``begun`` to pass through each other, or None."""
+    """Returns the parting tick of two bodies that have passed through each other since ``begun``, or None."""
     start = max(begun - flight.since, 0)
     if m is None or len(m.corners) == 1:
         wait = first_fall(negated(_gap(m, flight)), start)
@@ -60,7 +60,7 @@ def parting_tick(m: Difference | None, flight: Separation, begun: int) -> int | 
 
 def _contact(m: Difference, d: Path, start: int) -> int | None:
     """Returns the first n from ``start`` on that is the contact of the place d(n) with a difference of more
-    than one corner (rule 5s); None: none."""
+    than one corner (rule 5s); None: no contact."""
     if m.radius:
         return _contact_with_margin(m, d, start)
     inside = where(start, [_beyond(d, face) for face in m.faces]) if len(m.faces) > 2 else []
@@ -77,8 +77,8 @@ def _contact(m: Difference, d: Path, start: int) -> int | None:
 
 
 def _contact_with_margin(m: Difference, d: Path, start: int) -> int | None:
-    """Returns the first n from ``start`` on after which d comes nearer than R, and nearer than what the strip
-    leaves of it before it parts."""
+    """Returns the first n from ``start`` on after which d comes nearer than R, and, before it parts, nearer
+    than R less the strip."""
 
     def nearer(radius: int, start: int) -> int | None:
         inside = where(start, [_beyond(d, face) for face in m.faces]) if len(m.faces) > 2 else []
@@ -96,8 +96,8 @@ def _contact_with_margin(m: Difference, d: Path, start: int) -> int | None:
 
 
 def _crossings(m: Difference, d: Path, radius: int, start: int, way: int) -> Iterable[int]:
-    """Yields when d comes within a radius of a face that it is over then, or of a corner that it is beside,
-    and nearer (``way`` is 1); or out of that, and farther (-1)."""
+    """Yields the n of d's entry within a radius of a face that it is over then, or of a corner that it is
+    beside, with approach (``way`` is 1); or of its exit, with growing distance (-1)."""
 
     def crossing(square: Polynomial, gap: Polynomial, there: list[Polynomial]) -> Iterable[int]:
         within = [a_tick_later(square), differences(gap)]
@@ -119,7 +119,7 @@ def _first(found: Iterable[int | None]) -> int | None:
 
 
 def _outward(m: Difference, here: Whole) -> list[Whole]:
-    """Returns the ways out of M at the features that are nearest to a place (rule 7s)."""
+    """Returns the outward directions of M at the features that are nearest to a place (rule 7s)."""
     gaps = [dot(face.normal, less(here, face.start)) for face in m.faces]
     if m.radius:
         for face, gap in zip(m.faces, gaps, strict=True):
@@ -151,7 +151,7 @@ def _in_one_unit(m: Difference, flight: Separation) -> tuple[Difference, Path]:
 
 
 def _gap(m: Difference | None, flight: Separation) -> Polynomial:
-    """Returns Q of rule 5, of discs, or of shapes whose difference is a point."""
+    """Returns Q of rule 5, for discs, or for shapes whose difference is a point."""
     if m is None:
         return _disc(flight.ways, (0, 0), flight.reach)
     m, d = _in_one_unit(m, flight)
@@ -174,12 +174,12 @@ def _along(d: Path, way: Whole, start: Whole = (0, 0)) -> Polynomial:
 
 
 def _beyond(d: Path, face: Face) -> Polynomial:
-    """Returns g of a face."""
+    """Returns g for a face."""
     return _along(d, face.normal, face.start)
 
 
 def _squared(d: Path, face: Face, width: int) -> Polynomial:
-    """Returns g^2 - width^2 n.n of a face."""
+    """Returns g^2 - width^2 n.n for a face."""
     c, b, a = _beyond(d, face)
     square = width * width * dot(face.normal, face.normal)
     return [c * c - square, 2 * b * c, b * b + 2 * a * c, 2 * a * b, a * a]

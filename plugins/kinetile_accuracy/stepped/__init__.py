@@ -1,1 +1,1 @@
-"""Methods in steps: the discrete baseline, two engines, and the chart that holds them against the kernel."""
+"""Methods in steps: the discrete baseline, two engines, and the chart that compares them with the kernel."""

@@ -1,6 +1,6 @@
 """The part ``chart`` of the report: the cost of a unit of simulated time, and the errors of a method in it.
 
-Kinetic methods have no step: each is a point. Methods in steps are curves. Two errors are shown: *the deepest
+A kinetic method has no step: it is a point. A method in steps is a curve. Two errors are shown: *the deepest
 overlap* of two discs in the snapshots of the method in a unit of time, in radii, and *first encounters
 missed*: the share of these (``methods``) that the method does not have, over many scenes.
 """
@@ -39,12 +39,12 @@ class Setting:
     """The settings of an engine, in words."""
 
     engine: Annotated[str, Column("its name", "engine")]
-    configured: Annotated[str, Column("all that it is set to", "set to")]
+    configured: Annotated[str, Column("all of its settings", "set to")]
 
 
 class Effort(NamedTuple):
-    """The measurements within a budget: (bodies, density) of the recipe ``grid``, how many scenes of each are
-    timed, about how many first encounters are looked for, and the steps of snapshots and of engines."""
+    """The measurements within a budget: (bodies, density) of the recipe ``grid``, the number of timed scenes
+    of each, the approximate number of first encounters, and the steps of snapshots and of engines."""
 
     scenes: tuple[tuple[int, float], ...]
     seeds: int
@@ -77,20 +77,20 @@ def measure(budget: sections.Budget, progress: sections.ReportProgress) -> secti
         how: dict[str, Any] = {"seeds": effort.seeds, "encounters": effort.encounters}
         found.append(measure_rows(methods, *scene, progress=show, **how))
     rows = tuple(row for some in found for row in some)
-    tables = [sections.Table("methods", "What a unit of simulated time costs, and how wrong it is.", rows)]
+    tables = [sections.Table("methods", "The cost of a unit of simulated time, and its errors.", rows)]
     if engines:
-        tables.append(sections.Table("engines", "What the engines are set to.", tuple(engines.values())))
+        tables.append(sections.Table("engines", "The settings of the engines.", tuple(engines.values())))
     return sections.Section(
         name="chart",
         title="Speed against error",
         about=(
             "Discs on a grid are set off at the same speed in random directions (recipe grid). Cost is the "
             f"CPU time of the loop for a unit of simulated time (runs go to {UNTIL:g}): the median of at "
-            f"least {ROUNDS} runs on each of {effort.seeds} scenes, set-up and compilation apart. Snapshots "
-            "are the pseudo-dynamic method, in compiled Python as the kinetic methods are: every dt all "
+            f"least {ROUNDS} runs on each of {effort.seeds} scenes, less set-up and compilation. Snapshots "
+            "are the pseudo-dynamic method, in compiled Python like the kinetic methods: every dt all "
             "discs are moved, and pairs that overlap and approach get the elastic impulse; pairs are found "
             "by static sweep-and-prune with insertion sort (sweep) or by a grid (cells); walls are exact. "
-            "The deepest overlap is that of two discs, in radii, as far as the method itself sees it: at its "
+            "The deepest overlap is of two discs, in radii, as far as the method itself sees it: at its "
             "snapshots, or at contacts for kinetic methods. First encounters are contacts of two discs that "
             "have touched neither disc nor wall before, taken from the kinetic run under naive; a method "
             "misses one that it does not have as the first contact of both discs, where contacts of one "
@@ -130,8 +130,8 @@ def _picture(rows: Sequence[SpeedError]) -> sections.ReportFigure:
 
 
 def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
-    """Returns what a chart of these rows is of: the scenes, what each phase does in a unit of time, and the
-    steps of each other method. A test compares it, in the chart's metadata, with the present phases."""
+    """Returns the subject of a chart of these rows: the scenes, the counts of each phase in a unit of time,
+    and the steps of other methods. A test compares it, in the chart's metadata, with the present phases."""
     kinetic = [row for row in rows if row.kind == "kinetic"]
     steps = {
         kind: {name: [row.dt for row in some] for name, some in grouped(of_kind, "method").items()}
@@ -147,8 +147,8 @@ def described(rows: Sequence[SpeedError]) -> dict[str, Any]:
 
 
 def crossing(curve: Sequence[SpeedError], cost: float) -> SpeedError | None:
-    """Returns a row for the step at which a method has this cost, between two of its rows, if any; step and
-    overlap go by the logarithm of the cost, the missed share linearly in that of the step."""
+    """Returns a row for the step of a method at this cost, between two of its rows, if any. Step and overlap
+    follow the logarithm of the cost; the missed share is linear in the logarithm of the step."""
     for fine, coarse in pairwise(sorted(curve, key=_step)):
         if fine.cost >= cost >= coarse.cost and fine.cost > coarse.cost:
             part = math.log(fine.cost / cost) / math.log(fine.cost / coarse.cost)
@@ -167,12 +167,12 @@ def _step(row: SpeedError) -> float:
 
 
 def fastest(rows: Iterable[SpeedError]) -> SpeedError:
-    """Returns the row of the kinetic method with the least cost: the others are compared with that."""
+    """Returns the row of the kinetic method with the least cost, the reference of the others."""
     return min((row for row in rows if row.kind == "kinetic"), key=lambda row: row.cost)
 
 
 def claims(rows: Sequence[SpeedError]) -> tuple[sections.Claim, ...]:
-    """Returns what must hold of the kinetic methods, and what was found."""
+    """Returns the claims on the kinetic methods, with the measured values."""
     kinetic = [row for row in rows if row.kind == "kinetic"]
     missed, deepest = max(row.missed for row in kinetic), max(row.deepest_high for row in kinetic)
     best = {scene: fastest(some) for scene, some in grouped(rows, *SCENE).items()}
@@ -216,7 +216,7 @@ def _cost_and_errors(at: SpeedError, best: float) -> str:
 
 
 def _between(fine: float, coarse: float, part: float) -> float:
-    """Returns the value ``part`` of the way from fine to coarse, by logarithms where both are positive."""
+    """Returns the value ``part`` of the way from fine to coarse, by logarithms if both are positive."""
     if fine > 0.0 and coarse > 0.0:
         return float(fine * (coarse / fine) ** part)
     return fine + part * (coarse - fine)
@@ -225,8 +225,8 @@ def _between(fine: float, coarse: float, part: float) -> float:
 # The chart: two panels, one for each error, over one axis of cost. Lower is faster, left is more accurate.
 # The errors of kinetic methods are so far from the others that each panel has a strip beyond a break of its
 # axis: for overlaps of the size of rounding, and for "none missed", which has no logarithm. A line at the
-# cost of the fastest kinetic method separates faster from slower ones. Markers and lines differ, also in
-# grey.
+# cost of the fastest kinetic method separates faster from slower ones. Markers and lines are distinct in
+# grey too.
 
 
 _LOOKS = {
@@ -236,7 +236,7 @@ _LOOKS = {
     ("engine", "box2d"): ("Box2D 2.3, no bullets", "#D55E00", "v", ":"),
     ("engine", "box2d-bullets"): ("Box2D 2.3, bullets", "#D55E00", "P", "-"),
 }
-"""Names, colours, markers and lines of methods in steps. Kinetic ones have one colour, and a marker each."""
+"""Names, colours, markers and lines of methods in steps. Kinetic ones share a colour; each has its marker."""
 
 _LINE = "#0072B2"
 _MARKERS = "s*^XopdhH8<>"

@@ -1,6 +1,6 @@
 """Common engines on the same scenes: Chipmunk (through pymunk), and Box2D 2.3 with and without bullets, its
-name for bodies whose contacts with each other are detected continuously. A timed run only calls the engine's
-step (from Python: about a microsecond a call). Results are of other, watched runs."""
+name for bodies with continuous detection of their contacts with each other. A timed run only calls the
+engine's step (from Python: about a microsecond a call). Other, watched runs give the results."""
 
 import math
 import time
@@ -24,7 +24,7 @@ from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun
 Point = tuple[float, float]
 EngineName = Literal["chipmunk", "box2d", "box2d-bullets"]
 Watched = Literal["not", "contacts", "depths"]
-"""Records beside the processor time: nothing, contacts, or contacts and the deepest overlap."""
+"""The records beside the processor time: nothing, contacts, or contacts and the deepest overlap."""
 
 TITLES: dict[EngineName, str] = {
     "chipmunk": "Chipmunk",
@@ -33,8 +33,8 @@ TITLES: dict[EngineName, str] = {
 }
 ENGINES = tuple(TITLES)
 
-_ITERATIONS = 10  # Chipmunk's default; 30 change nothing that shows, 1 loses energy
-_VELOCITY_ITERATIONS, _POSITION_ITERATIONS = 8, 3  # what Box2D's manual suggests
+_ITERATIONS = 10  # Chipmunk's default; 30 change nothing visible, 1 loses energy
+_VELOCITY_ITERATIONS, _POSITION_ITERATIONS = 8, 3  # as Box2D's manual suggests
 _LARGEST = 5.0  # metres: Box2D is made for moving bodies of .1 to 10 m
 _FARTHEST = 2.0  # metres: Box2D slows down a body that would fly farther in a step
 _FASTEST = 5.0  # times the root mean square of the speeds: in equilibrium, 1 disc in 10^10 is faster
@@ -47,10 +47,10 @@ class _World:
 
     step: Callable[[], object]
     bodies: list[Any]  # in the scene's order
-    velocity: str = "velocity"  # the engine's name for that of a body
+    velocity: str = "velocity"  # the engine's name for the velocity of a body
     length: float = 1.0
     speed: float = 1.0
-    owned: Any = None  # what must live as long as the engine, which does not own it
+    owned: Any = None  # objects that must live as long as the engine, which does not own them
 
     def positions(self) -> Floats:
         return np.array([tuple(body.position) for body in self.bodies]).reshape(-1, 2) / self.length
@@ -67,9 +67,9 @@ OnContact = Callable[[int, int], None]
 def run_engine(
     name: EngineName, scene: Scene, dt: float, until: float, *, watched: Watched = "not"
 ) -> SteppedRun:
-    """Runs a scene in steps of ``dt`` to ``until``, or the first step after it. What is not watched is
+    """Runs a scene in steps of ``dt`` to ``until``, or the first step after it. Unwatched results are
     missing: contacts, or ``deepest``, the deepest overlap after a step, then NaN. Raises MissingExtra without
-    the engine, Refused for turns, no arena or no bodies, and what ``run_snapshots`` raises."""
+    the engine, Refused for turns, no arena or no bodies, and the errors of ``run_snapshots``."""
     if scene.commands or scene.arena is None or not len(scene):
         raise Refused("the engines are given scenes with bodies, an arena and no turns; this one is not such")
     steps = snapshots.steps_until(scene, dt, until)
@@ -96,12 +96,12 @@ def run_engine(
 
 
 def engine_module(name: EngineName) -> Any:
-    """Returns the engine's module; MissingExtra where it is not installed."""
+    """Returns the engine's module; raises MissingExtra without it."""
     return needed(f"Comparing with {TITLES[name].partition(' with')[0]}", _package(name), "peers")
 
 
 def engine_settings(name: EngineName) -> str:
-    """Returns the settings of an engine in words, and its version; MissingExtra where it is not installed."""
+    """Returns the settings of an engine in words, and its version; raises MissingExtra without it."""
     engine_module(name)
     number = "of unknown version"
     with suppress(PackageNotFoundError):
@@ -131,7 +131,7 @@ _SETTINGS: dict[EngineName, str] = {
     ),
     "box2d": (
         f"{_BODIES}; no disc is a bullet, so that contacts with walls are detected continuously, and "
-        f"those of two discs after each step; {_OF_BOX2D}"
+        f"contacts of discs after each step; {_OF_BOX2D}"
     ),
     "box2d-bullets": (
         f"{_BODIES}; every disc is a bullet, so that all contacts are detected continuously; {_OF_BOX2D}"
@@ -155,7 +155,7 @@ def _watch(
 
 
 def _walls(width: float, height: float, out: float) -> Iterator[tuple[int, Point, Point]]:
-    """Yields each wall's number, and the ends of a line so far outside of it."""
+    """Yields each wall's number, and the ends of a line this far outside it."""
     yield LEFT, (-out, 0.0), (-out, height)
     yield RIGHT, (width + out, 0.0), (width + out, height)
     yield BOTTOM, (0.0, -out), (width, -out)

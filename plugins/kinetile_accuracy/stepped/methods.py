@@ -1,12 +1,12 @@
 """Methods of the chart of speed against error, measured on scenes of one kind: their cost and their errors.
 
 After a few contacts a disc, two runs that differ by a rounding have different contacts. *First encounters*
-are contacts in which *neither of the two discs has touched anything before*, no disc and no wall: all methods
-agree until then. A method has such an encounter if it, too, has it as the first contact of both discs, with
-an impulse, at any time; of contacts found at the same snapshot each may be the first.
+are contacts of two discs that *have both touched nothing before*, no disc and no wall: all methods agree
+until then. A method has such an encounter if it, too, has it as the first contact of both discs, with an
+impulse, at any time; if several contacts are found at the same snapshot, each may be the first.
 
-Times are processor time of the loop alone (static construction included, set-up and compilation apart), the
-median of at least five runs, in which the methods take turns. Errors are taken from other runs.
+Times are processor time of the loop alone (with static construction, without set-up and compilation), the
+median of at least five runs, with the methods in turn. Errors are taken from other runs.
 """
 
 import math
@@ -25,7 +25,7 @@ from kinetile_accuracy.stepped.engines import Watched, run_engine
 from kinetile_accuracy.stepped.snapshots import STEPPED, SteppedRun, run_snapshots
 
 UNTIL = 1.0
-"""The simulated time over which costs and overlaps are measured."""
+"""The simulated time of the measurements of costs and overlaps."""
 
 ROUNDS = 5
 """The least number of timed runs of each method on a scene."""
@@ -38,12 +38,12 @@ MethodKind = Literal["kinetic", "snapshots", "engine"]
 
 
 def first_encounters(contacts: Rows, bodies: int) -> Integers:
-    """Returns which contacts (their numbers), in the order of time, are first encounters of two discs."""
+    """Returns the numbers of the contacts, in the order of time, that are first encounters of two discs."""
     return np.flatnonzero(_first_of_both(contacts, bodies, np.arange(len(contacts))))
 
 
 def _first_of_both(contacts: Rows, bodies: int, step: Integers) -> Flags:
-    """Returns which contacts are of two discs, and at the step of the first contact of either."""
+    """Returns True for each contact of two discs at the step of the first contact of both."""
     one, discs = contacts["a"], contacts["b"] >= 0
     other = np.where(discs, contacts["b"], one)
     first = np.full(bodies, np.iinfo(np.int64).max)
@@ -53,7 +53,7 @@ def _first_of_both(contacts: Rows, bodies: int, step: Integers) -> Flags:
 
 
 def found(pairs: npt.NDArray[np.integer[Any]], contacts: Rows, bodies: int) -> Flags:
-    """Returns which of the ``pairs``, (k, 2), have a contact that is the first of both discs, (k,)."""
+    """Returns True for each of the ``pairs``, (k, 2), whose contact is the first of both discs, (k,)."""
     first = contacts[_first_of_both(contacts, bodies, contacts["step"])]
     a, b = first["a"].astype(np.int64), first["b"].astype(np.int64)
     wanted = np.sort(np.asarray(pairs, dtype=np.int64).reshape(-1, 2), axis=1)
@@ -68,7 +68,7 @@ class SpeedError:
     density: Annotated[float, Column("of the scenes", "density")]
     kind: Annotated[MethodKind, Column("kinetic, snapshots or engine")]
     method: Annotated[str, Column("broad phase, how snapshots find pairs, or engine", "method")]
-    dt: Annotated[float | None, Column("the step, in the scene's time; kinetic methods have none", "dt")]
+    dt: Annotated[float | None, Column("the step, in the scene's time; empty for kinetic methods", "dt")]
     cost: Annotated[float, Column("median run of a unit of simulated time", "CPU s per unit of time")]
     cost_low: Annotated[float, Column("of the cheapest of the scenes")]
     cost_high: Annotated[float, Column("of the dearest of the scenes")]
@@ -202,7 +202,7 @@ def _missed(method: Method, known: Sequence[ReferenceRun]) -> int:
 
 
 def _costs(methods: Sequence[Method], scene: kt.Scene) -> list[float]:
-    """Returns the cost of each method on a scene, the median of runs in which the methods take turns."""
+    """Returns the cost of each method on a scene, the median of runs with the methods in turn."""
     batches = [min(math.ceil(_ENOUGH / ROUNDS / max(method.cost(scene), 1e-9)), _MOST) for method in methods]
     runs: list[list[float]] = [[] for _ in methods]
     for _ in range(ROUNDS):

@@ -1,13 +1,13 @@
 """The pseudo-dynamic method (thesis, section 1), the baseline: every dt, the present overlaps get an impulse.
 
-A step moves all discs by ``dt`` in straight lines, puts those that went through a wall back to where the
-reflection has them, finds the pairs that overlap, and gives those that approach each other the elastic
-impulse. The pairs are found by ``sweep``, static sweep-and-prune along x with discs (the rows themselves)
-that are kept sorted by insertion, or by ``cells`` as wide as the largest disc, filled again at each snapshot.
+A step moves all discs by ``dt`` in straight lines, reflects the discs that went through a wall, finds the
+pairs that overlap, and gives approaching pairs the elastic impulse. Pairs are found by ``sweep``, static
+sweep-and-prune along x with discs (the rows themselves) that are kept sorted by insertion, or by ``cells`` as
+wide as the largest disc, filled again at each snapshot.
 
-An overlap is seen up to dt late, or not at all between two snapshots; if the only snapshot that sees it falls
-into its second half, in which the discs part, it gets no impulse. With S = v dt / (sum of radii), and all
-impact parameters alike, S^2/6 of encounters pass without an impulse, as long as S is small. Walls are exact.
+An overlap is seen up to dt late, or not at all between two snapshots. If the only snapshot that sees it falls
+into its second half, when the discs part, it gets no impulse. With S = v dt / (sum of radii), and all impact
+parameters alike, S^2/6 of encounters pass without an impulse, as long as S is small. Walls are exact.
 """
 
 import math
@@ -32,7 +32,7 @@ Finder = Literal["sweep", "cells"]
 
 STEPPED = np.dtype([("step", "i8"), ("a", "i4"), ("b", "i4")])
 """A contact found at a snapshot: its number (the start is 0), body ``a`` with body ``b`` > a or a wall
-(``kinetile.kernel.log``). Bodies that overlap and do not approach have none: they get no impulse."""
+(``kinetile.kernel.log``). Bodies that overlap and do not approach get no impulse, and have no contact."""
 
 
 class Bodies(NamedTuple):
@@ -42,19 +42,19 @@ class Bodies(NamedTuple):
     y: Any
     vx: Any
     vy: Any
-    left: Any  # x - radius, by which ``sweep`` sorts
+    left: Any  # x - radius, the key of ``sweep``
     radius: Any
     mass: Any
     body: Any
     head: Any  # the first row in each cell, or -1
     following: Any  # the next row in a row's cell, or -1
     log: Any
-    logged: Any  # how many contacts, also those for which the log has no room
-    deepest: Any  # overlap of two bodies so far, in radii of the smaller
+    logged: Any  # the number of contacts, also without room in the log
+    deepest: Any  # the deepest overlap of two bodies so far, in radii of the smaller
 
 
-# The loop, written as the kinetic kernel is: hooks that are forced inline, a template that ``compose`` fills
-# in with the way to find pairs, and one tuple of flat arrays that is viewed without its owners.
+# The loop has the form of the kinetic kernel: hooks that are forced inline, a template that ``compose`` fills
+# in with the search for pairs, and one tuple of flat arrays that is viewed without its owners.
 
 
 @hook
@@ -130,7 +130,7 @@ def _sweep(s: Bodies, step: int, width: float, columns: int, rows: int) -> None:
 
 @hook
 def _cells(s: Bodies, step: int, width: float, columns: int, rows: int) -> None:
-    """Puts the rows into cells one by one, each treated with those already in its cell and around it."""
+    """Puts the rows into cells one by one, each treated with the rows already in its cell and around it."""
     s.head[:] = -1
     for i in range(len(s.x)):
         column = min(max(int(s.x[i] / width), 0), columns - 1)
@@ -147,7 +147,7 @@ def _cells(s: Bodies, step: int, width: float, columns: int, rows: int) -> None:
 
 @hook
 def _reflect(s: Bodies, i: int, step: int, place: Any, speed: Any, side: float, low: int, high: int) -> None:
-    """Puts a row that went through a wall of an axis back to where the reflection has it."""
+    """Moves a row that went through a wall of an axis to its reflected place."""
     radius = s.radius[i]
     if place[i] < radius and speed[i] < 0.0:
         _write(s, step, s.body[i], low)
@@ -205,7 +205,7 @@ class SteppedRun:
 
 def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sweep") -> SteppedRun:
     """Runs a scene in steps of ``dt`` to ``until``, or the first step after it; all contacts are elastic.
-    Raises Refused for turns, or "cells" without an arena, and what ``steps_until`` raises."""
+    Raises Refused for turns, or "cells" without an arena, and the errors of ``steps_until``."""
     if scene.commands:
         raise Refused("snapshots are taken of bodies without turns; run this scene with a Simulation")
     if finder == "cells" and scene.arena is None:
@@ -214,7 +214,7 @@ def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sw
     steps = steps_until(scene, dt, until)
     loop = snapshot_loop(finder, scene.arena is not None)
     room = _ROOM
-    while True:  # again, with room for all, where the log was too short
+    while True:  # again, with room for all contacts, if the log was too short
         bodies, more = _lay_out(scene, finder, room)
         make_ready(loop, bodies, steps, dt, *more)
         began = time.thread_time()
@@ -232,16 +232,16 @@ def run_snapshots(scene: Scene, dt: float, until: float, *, finder: Finder = "sw
 
 
 def steps_until(scene: Scene, dt: float, until: float) -> int:
-    """Returns how many steps of ``dt`` lead to ``until``, or just beyond it. Raises ValueError for an
-    invalid ``dt`` or ``until``, and Refused where not all bodies are discs that fly straight."""
+    """Returns the number of steps of ``dt`` to ``until``, or just beyond it. Raises ValueError for an invalid
+    ``dt`` or ``until``, and Refused unless all bodies are discs that fly straight."""
     if scene.shapes or scene.accelerated:
         has = "bodies of other shapes" if scene.shapes else "accelerations"
-        raise Refused(f"what goes in steps is given discs that fly straight, and this scene has {has}")
+        raise Refused(f"methods in steps need discs that fly straight, and this scene has {has}")
     if not (math.isfinite(dt) and dt > 0.0):
         raise ValueError(f"dt is a length of time, greater than 0; found {dt}")
     if not (math.isfinite(until) and until >= scene.start):
         raise ValueError(f"until={until} lies before the scene's start at {scene.start}")
-    # 2.1 / 0.7 is above 3 in doubles: without the last factor that would be a step more.
+    # 2.1 / 0.7 is above 3 in doubles: without the last factor there would be one more step.
     return math.ceil((until - scene.start) / dt * (1.0 - 1e-12))
 
 
@@ -251,14 +251,14 @@ def kinetic_energy(mass: Floats, velocity: Floats) -> float:
 
 
 def energy_drift(scene: Scene, velocity: Floats) -> float:
-    """Returns the relative change of a scene's kinetic energy with these velocities; 0 where it has none."""
+    """Returns the relative change of a scene's kinetic energy with these velocities; 0 without energy."""
     before = kinetic_energy(scene.mass, scene.velocity)
     return abs(kinetic_energy(scene.mass, velocity) - before) / before if before > 0.0 else 0.0
 
 
 def deepest_overlap(position: Floats, radius: Floats) -> float:
-    """Returns how deep any two discs overlap, in radii of the smaller; 0 where none do; ``position`` is (n,
-    2), ``radius`` (n,). By left ends, each is compared with the next, the one after it, ... within reach."""
+    """Returns the deepest overlap of any two discs, in radii of the smaller; 0 without an overlap.
+    ``position`` is (n, 2), ``radius`` (n,). By left ends, each is compared with the next within reach."""
     order = np.argsort(position[:, 0] - radius)
     (x, y), r = position[order].T, radius[order]
     deepest = 0.0

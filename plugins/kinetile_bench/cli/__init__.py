@@ -12,7 +12,7 @@ _PANEL = "Speed"
 
 
 class _Bench(CommandGroup):
-    """The benchmarks by name; a scene file where a name is expected is a benchmark as well."""
+    """The benchmarks by name; a scene file in place of a name is a benchmark as well."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         if is_file_name(args[0]) and args[0] not in self.commands:
@@ -31,7 +31,7 @@ for _benchmark in (events, scene, thesis):
 
 study = typer.Typer(
     cls=CommandGroup,
-    help="Run a table of scenes, phases and seeds; stop, go on, read.\n\n"
+    help="Run a table of scenes, phases and seeds; stop, continue, read.\n\n"
     "For example: kinetile study run plan.toml",
     no_args_is_help=True,
 )

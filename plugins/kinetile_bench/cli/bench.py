@@ -27,7 +27,7 @@ def events(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Measure events a CPU second of each broad phase on the thesis's twelve scenes.
+    """Measures events a CPU second of each broad phase on the thesis's twelve scenes.
 
     Exit code 1 unless all phases give the same contacts.
 
@@ -48,7 +48,7 @@ def thesis(
         str, cli.option("Broad phases.", "A,B,...")
     ] = "naive,sap-1d,sap-2d,sweep-tiling,cells,power",
     seeds: Annotated[int, cli.option("Run each scene with the seeds 1 to K.", "K", least=1)] = 6,
-    until: Annotated[float, cli.option("How much time is simulated.", "T")] = 1.0,
+    until: Annotated[float, cli.option("The simulated time.", "T")] = 1.0,
     seconds: cli.Seconds = 0.01,
     repeats: cli.Repeats = 5,
     out: Annotated[
@@ -57,7 +57,7 @@ def thesis(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Does the thesis's benchmark (section 5.3) again, and say which of its statements hold.
+    """Repeats the thesis's benchmark (section 5.3), and prints which of its statements hold.
 
     Exit code 1 unless all phases give the same contacts.
 
@@ -95,7 +95,7 @@ def scene(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Measure the broad phases on a scene of your own: `kinetile bench trace.toml` does.
+    """Measures the broad phases on a scene of your own, like `kinetile bench trace.toml`.
 
     Exit code 1 unless all phases give the same contacts.
 
@@ -123,7 +123,7 @@ def choose(
     json: cli.Json = False,
     csv: cli.Csv = False,
 ) -> None:
-    """Try the broad phases on a scene for some thousands of contacts each, and recommend one.
+    """Tries the broad phases on a scene for some thousands of contacts each, and recommends one.
 
     Exit code 1 unless all phases give the same contacts.
 

@@ -24,13 +24,13 @@ def run_study(
     results: Results = None,
     workers: Annotated[int | None, option("Worker processes; as many as processors.", "N", least=1)] = None,
     again: Annotated[
-        list[str] | None, option("Forget rows of this status, and do them again.", "STATUS")
+        list[str] | None, option("Forget rows of this status, and run their tasks again.", "STATUS")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Does all tasks of a study that have no row yet; continue where it was stopped.
+    """Runs all tasks of a study that have no row yet; continues where it was stopped.
 
-    Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
+    Exit code 1 if a run failed or was lost, or has other contacts than another run of its scene.
 
     For example: kinetile study run plan.toml --workers 2
     """
@@ -57,13 +57,13 @@ def run_study(
 def study_table(
     study: StudyName,
     results: Results = None,
-    y: Annotated[str | None, option("What is looked at; CPU seconds.", "COLUMN", "--y")] = None,
+    y: Annotated[str | None, option("The quantity; by default CPU seconds.", "COLUMN", "--y")] = None,
     json: Json = False,
     csv: Csv = False,
 ) -> None:
-    """Print the progress of a study, and means over seeds with ratios paired by seed.
+    """Prints the progress of a study, and means over seeds with ratios paired by seed.
 
-    Exit code 1 where a run failed or was lost, or has other contacts than another one of its scene.
+    Exit code 1 if a run failed or was lost, or has other contacts than another run of its scene.
 
     For example: kinetile study table plan.toml
     """
@@ -78,7 +78,7 @@ def study_table(
 
 
 def study_rows(study: StudyName, results: Results = None, json: Json = False) -> None:
-    """Print all rows of a study as CSV, in the study's order.
+    """Prints all rows of a study as CSV, in the study's order.
 
     For example: kinetile study rows plan.toml
     """

@@ -15,7 +15,7 @@ from kinetile_bench.user_scene import Chosen, SceneBench
 
 @singledispatch
 def printed_parts(found: Any, **more: Any) -> list[Any]:
-    """Returns the tables and lines that a command prints of a result."""
+    """Returns the tables and lines that a command prints for a result."""
     raise TypeError(f"there are no tables for {type(found).__name__}")
 
 
@@ -137,7 +137,7 @@ def _scene(bench: SceneBench, **_: Any) -> list[Any]:
     return [
         table,
         *(f"{row.phase}: {row.ended_by}" for row in bench.rows if row.ended_by),
-        f"{where['processor']}; medians of {_times(where, 'run')} each, compiling and set-up apart",
+        f"{where['processor']}; medians of {_times(where, 'run')} each, without compiling and set-up",
         _agreement(bench),
     ]
 
@@ -150,11 +150,11 @@ _COSTS = {
 }
 
 UNDUE = 2.0
-"""How many times a cost of ``cells`` is out of proportion."""
+"""The multiple of a cost of ``cells`` that is out of proportion."""
 
 
 def _undue(chosen: Chosen) -> list[str]:
-    """Returns a line for each phase that has a cost out of proportion to that of ``cells``, if that ran, or
+    """Returns a line for each phase with a cost out of proportion to the cost of ``cells``, if that ran, or
     of the fastest."""
     ran = [row for row in chosen.candidates if row.rate]
     base = next((row for row in ran if row.phase == "cells"), ran[0] if ran else None)
@@ -184,7 +184,7 @@ def _choice(chosen: Chosen, **_: Any) -> list[Any]:
         *_undue(chosen),
         *(f"{row.phase}: {row.ended_by}" for row in chosen.candidates if row.ended_by),
         f"{where['processor']}; the first {min(where['max_contacts'], most):,} contacts, medians of "
-        f"{_times(where, 'run')} each, compiling and set-up apart",
+        f"{_times(where, 'run')} each, without compiling and set-up",
         "the same contacts under all phases that ran" if chosen.identical else _DIFFERENT,
         f"take {chosen.phase}: {chosen.reason}" if chosen.phase else chosen.reason,
     ]
@@ -214,7 +214,7 @@ def _agreement(bench: SceneBench) -> str:
 
 
 def study_parts(found: Mapping[str, Any]) -> list[Any]:
-    """Returns a quantity of a study for each scene and phase: mean, standard error, ratio to the first."""
+    """Returns a table of a quantity for each scene and phase: mean, standard error, ratio to the first."""
     heads = [*(f"> {each}" for each in found["varied"]), "| phase", "> rows", "> contacts"]
     heads += ["> mean", "> error", "> ratio", "> error"]
     rows = [

@@ -17,10 +17,10 @@ from kinetile_bench.study.workers import rows_of
 
 
 class StudyStatus(NamedTuple):
-    """The progress of a study: how many rows there are of each status, how many tasks have no row yet
-    (``open``), how many rows came in this run (``ran``), and how many in the file are of no task: ``others``,
-    of other versions, or of what the study had before. ``disagreements`` are, in a sentence each, rows that
-    should have one list of contacts and have two."""
+    """The progress of a study: the numbers of rows by status, of tasks without a row (``open``), of rows from
+    this run (``ran``), and of rows in the file without a task (``others``: from other versions, or from a
+    former study). ``disagreements`` are, in a sentence each, rows that should have one list of contacts and
+    have two."""
 
     total: int
     statuses: Mapping[str, int]
@@ -31,14 +31,14 @@ class StudyStatus(NamedTuple):
 
     @property
     def well(self) -> bool:
-        """Whether no row failed, was lost, or disagrees with another."""
+        """True if no row failed, was lost, or disagrees with another."""
         return not set(self.statuses) - {DONE, REFUSED}
 
 
 class Study:
     """A study, from a TOML file or from tables as in one; ``results`` is the SQLite file of the rows, by
-    default the study's own, or its file's name with ``.sqlite``. Raises OSError where the file cannot be
-    read, StudyError with all mistakes, and BadOption where neither its tables nor ``results`` name a file."""
+    default the study's own, or its file's name with ``.sqlite``. Raises OSError if the file cannot be read,
+    StudyError with all mistakes, and BadOption if neither its tables nor ``results`` name a file."""
 
     def __init__(
         self,
@@ -68,16 +68,16 @@ class Study:
         """Runs all tasks that have no row yet; returns the progress then.
 
         Args:
-            executor: any of ``concurrent.futures``, a Dask client's among them; it is not shut down. None:
+            executor: any executor of ``concurrent.futures``, or a Dask client's; it is not shut down. None:
                 processes of this machine.
-            workers: how many processes (None: one a processor), or tasks at once of an executor (None: all).
+            workers: the number of processes (None: one a processor), or of an executor's tasks (None: all).
             again: statuses ("failed", "lost", ...) of rows that are forgotten, so that their tasks run again.
-            progress: called after each row, and now and then, with the number of rows and that of tasks; what
-                it raises ends the run, and all rows that have come are in the file.
-            disagreed: called at once with a sentence where a row has other contacts than one of its scene.
+            progress: called after each row, and now and then, with the numbers of rows and of tasks; an error
+                from it ends the run, and all finished rows are in the file.
+            disagreed: called at once with a sentence if a row has other contacts than one of its scene.
 
-        Raises StudyStopped where another process runs this study, or the workers cannot go on, or have other
-        versions: a later run can; RecordError where rows cannot be written; BadOption for a wrong status.
+        Raises StudyStopped if another process runs this study, or the workers cannot go on, or have other
+        versions: a later run can; RecordError if rows cannot be written; BadOption for a wrong status.
         """
         if workers is not None and workers < 1:
             raise BadOption(f"workers is {workers}; expected a number, at least 1")
@@ -122,14 +122,14 @@ class Study:
         return list(map(Agreement(rows).judged, rows))
 
     def _read(self) -> tuple[list[Row], int]:
-        """Returns the rows of all tasks that have one, in their order, and the number of others. What a row
-        says of its task is what the study has today: no column that means a task depends on the file."""
+        """Returns the rows of all tasks that have one, in their order, and the number of other rows. Their
+        columns that describe the task are the study's: they do not depend on the file."""
         there = {row["key"]: row for row in RowFile(self.results).read()}
         tasks = [task for key, task in self.tasks.items() if key in there]
         rows = [there[task.key] | row_of(task, {"parameters": {**task.scene.parameters}}) for task in tasks]
         return rows, len(there) - len(rows)
 
     def table(self, y: str | None = None) -> dict[str, Any]:
-        """Returns, for each scene and phase, the mean of a column over seeds, and its ratio to that of the
-        first phase; ``y`` is the column, by default CPU seconds. Raises BadOption for one without numbers."""
+        """Returns, for each scene and phase, the mean of a column over seeds, and its ratio to the mean of
+        the first phase; ``y`` is the column (None: CPU seconds). Raises BadOption for one without numbers."""
         return summary_of(self.plan, self.rows(), y)

@@ -1,8 +1,8 @@
 """Plan of a study: the content of its file, checked in full before anything runs.
 
-A value of a parameter is that value in every scene; a list is each of its values in scenes of their own. So a
-parameter that takes several numbers itself, such as ``radii``, has lists in a list. All mistakes of a file
-are reported at once, each with its path, and none twice: what cannot be used is left out of later checks.
+A value of a parameter holds in every scene; each value of a list has scenes of its own. So a parameter that
+takes several numbers itself, such as ``radii``, has lists in a list. All mistakes of a file are reported at
+once, each with its path, and none twice: later checks omit unusable parts.
 """
 
 import math
@@ -41,8 +41,8 @@ Named = tuple[PluginKind, str]
 
 class StudyScene(NamedTuple):
     """A scene of a study, and the end of its runs: a time, a number of contacts, or whichever comes first.
-    ``name`` is the recipe, or the file with ``content`` then; ``parameters`` are all those of the recipe.
-    ``named`` is the recipe, or all that a file names beside a broad phase."""
+    ``name`` is the recipe, or the file with ``content`` then; ``parameters`` are all of the recipe's.
+    ``named`` is the recipe, or all plugins that a file names besides a broad phase."""
 
     name: str
     parameters: Mapping[str, Any]
@@ -52,15 +52,15 @@ class StudyScene(NamedTuple):
     content: str | None = None
 
     def make(self) -> Scene:
-        """Returns the scene: of the file's text, or as the recipe makes it."""
+        """Returns the scene from the file's text, or from the recipe."""
         if self.content is None:
             return make_scene(self.name, **self.parameters)
         return loads_scene(self.content, self.name)
 
 
 class StudyPlan(NamedTuple):
-    """What a study runs: every phase on every scene, ``repeats`` times, with these observables; ``results``
-    is the file of the rows, where the study names one."""
+    """The content of a study: every phase on every scene, ``repeats`` times, with these observables;
+    ``results`` is the file of the rows, if the study names one."""
 
     scenes: tuple[StudyScene, ...]
     phases: tuple[str, ...]
@@ -70,7 +70,7 @@ class StudyPlan(NamedTuple):
 
 
 Keys = Mapping[str, Value]
-"""Keys of a table, and what each value has to be."""
+"""Keys of a table, and the requirement on each value."""
 
 
 def _is_text(value: Any) -> bool:
@@ -117,7 +117,7 @@ def read_plan_file(path: str | os.PathLike[str]) -> StudyPlan:
     source = os.fspath(path)
     try:
         tables = read_tables(read_text(path), source)
-    except SceneError as error:  # what reads TOML for scenes
+    except SceneError as error:  # the reader of TOML for scenes
         raise StudyError(error.mistakes, source) from error
     return read_plan(tables, source)
 
@@ -132,7 +132,7 @@ def read_plan(tables: Mapping[str, Any], source: str | None = None) -> StudyPlan
 
 
 class _Reader:
-    """Reads the tables of a study, and collects mistakes; what a method returns after one is unusable."""
+    """Reads the tables of a study, and collects mistakes; after one, a method's result is unusable."""
 
     def __init__(self, tables: Mapping[str, Any], folder: Path) -> None:
         self.mistakes: list[Mistake] = []
@@ -147,7 +147,7 @@ class _Reader:
         self.mistakes.append(Mistake(where, found, expected))
 
     def usable(self, tables: Mapping[str, Any], keys: Keys, where: str) -> dict[str, Any]:
-        """Returns the values that are what their keys expect."""
+        """Returns the values that meet the requirements of their keys."""
         found = {}
         for key, value in tables.items():
             if key not in keys:
@@ -177,7 +177,7 @@ class _Reader:
         return StudyPlan(tuple(scenes), phases, repeats, observe, results and self.folder / results)
 
     def texts(self, key: str, kind: PluginKind, check: Callable[[str], None]) -> tuple[str, ...]:
-        """Returns the texts of a key, each of which has the name of a plugin of this kind, with options."""
+        """Returns the texts of a key, each with the name of a plugin of this kind, and options."""
         texts = self.given.get(key, ())
         found: list[tuple[str, dict[str, Any]]] = []
         for k, text in enumerate(texts):
@@ -187,12 +187,12 @@ class _Reader:
                 found.append((registry().spec(kind, name).name, options))
                 if found[-1] in found[:-1]:
                     self.wrong(f"{key}[{k}]", f"{shown(text)}, which is there already", "each once")
-            except Exception as error:  # it may be a plugin's
+            except Exception as error:  # it may be from a plugin
                 self.wrong(f"{key}[{k}]", shown(text), f"a registered {kind}: {_reason(error)}")
         return tuple(texts)
 
     def scenes(self, given: Any, k: int) -> list[StudyScene]:
-        """Returns the scenes of one table, none where it has mistakes."""
+        """Returns the scenes of one table, [] if it has mistakes."""
         where = f"scenes[{k}]"
         if not isinstance(given, Mapping):
             self.wrong(where, shown(given), "a table with a recipe, or with a file")
@@ -225,7 +225,7 @@ class _Reader:
             key: self.values(name, key, value, own.get(key), f"{where}.parameters.{key}")
             for key, value in parameters.items()
         }
-        for each in parameter_mistakes(name, {}):  # those without a default
+        for each in parameter_mistakes(name, {}):  # the parameters without a default
             if each.where.removeprefix("parameters.") not in parameters:
                 self.mistakes.append(each._replace(where=f"{where}.{each.where}"))
         size = math.prod(map(len, values.values()))
@@ -235,7 +235,7 @@ class _Reader:
             return []
         rows = (dict(zip(values, row, strict=True)) for row in product(*values.values()))
         complete = (complete_parameters(name, row) for row in rows)
-        cells = (  # several numbers of a parameter are the text that means them
+        cells = (  # several numbers of a parameter become their text
             {key: ", ".join(map(repr, v)) if isinstance(v, tuple) else v for key, v in row.items()}
             for row in complete
         )
@@ -264,7 +264,7 @@ class _Reader:
         """Returns the scene of a file, with its text: workers need not see the file."""
         name, place = table["file"], f"{where}.file"
         if "parameters" in given:
-            self.wrong(f"{where}.parameters", "parameters of a file", "those of a recipe")
+            self.wrong(f"{where}.parameters", "parameters of a file", "parameters of a recipe")
         try:
             text = read_text(self.folder / name)
             scene = loads_scene(text, name)

@@ -1,9 +1,9 @@
-"""Rows of a study: one SQLite file, one transaction a row, so that a kill loses no row that is there.
+"""Rows of a study: one SQLite file, one transaction a row, so a kill loses no written row.
 
 Its table ``rows`` has a row's key, its course, its columns as JSON, and a digest of these three: SQLite finds
-damage to its tree of pages, but none to a value. Where a course, which has one list of contacts under any
-phase, has two fingerprints, all its rows have the status "disagrees", and each names one of the others. While
-a study runs it holds a lock, an open transaction on an empty file, which ends with the process.
+damage to its tree of pages, but not to a value. A course has one list of contacts under any phase. If it has
+two fingerprints, all its rows have the status "disagrees", and each names one of the others. A running study
+holds a lock, an open transaction on an empty file, which ends with the process.
 """
 
 import json
@@ -20,31 +20,31 @@ from kinetile.instruments import check_regular, shown
 from kinetile_bench.study.task import DISAGREES, DONE, STATUSES, Row, StudyStopped, digest
 
 APPLICATION, FORMAT = int.from_bytes(b"kine", "big"), 2
-"""The program that wrote the file and its format, in the header where SQLite has places for both."""
+"""The program that wrote the file and its format, in the fields of SQLite's header for both."""
 
 _TABLE = "CREATE TABLE rows (key TEXT PRIMARY KEY, course TEXT, content TEXT, digest TEXT)"
 _SCHEMA = [("table", "rows", _TABLE), ("index", "sqlite_autoindex_rows_1", None)]
 
 _LONGEST = 1 << 24
-"""Bytes of a row: one of a damaged or foreign file could have a gigabyte."""
+"""The most bytes of a row: a row of a damaged or foreign file could have a gigabyte."""
 
 _DEEPEST = 8
-"""Lists and tables within each other in a row: deeper ones would exhaust the stack of what prints them."""
+"""Lists and tables within each other in a row: deeper ones would exhaust the stack of a printer."""
 
 _PATIENCE = 60.0
 """Seconds to wait for another process that writes."""
 
 
 class RowFile:
-    """The rows of a study in a file, which is made when the first one is written. Every use raises
-    RecordError where the file is no file of a study, which is never written to, or where the disk fails."""
+    """The rows of a study in a file, which is made with the first row. Every use raises RecordError if the
+    file is not a file of a study, which is never written to, or if the disk fails."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Within this context no other run of the study begins. Raises StudyStopped where one goes on."""
+        """Within this context no other run of the study begins. Raises StudyStopped if one is in progress."""
         path, process = self.path.with_name(f"{self.path.name}.running"), os.getpid()
         with closing(_opened(path, 0.0)) as lock:
             try:
@@ -62,11 +62,11 @@ class RowFile:
                 yield
             finally:
                 if process == os.getpid():  # a forked child leaves it to its parent
-                    with suppress(OSError):  # where an open file cannot be removed, it stays, empty and free
+                    with suppress(OSError):  # an open file that cannot be removed stays, empty and free
                         path.unlink()
 
     def read(self) -> list[Row]:
-        """Returns all rows, in the order in which they came, exactly as they were written."""
+        """Returns all rows, in the order of their arrival, exactly as they were written."""
         if not os.path.exists(self.path) or (self.path.is_file() and self.path.stat().st_size == 0):
             return []
         with self._transaction("BEGIN") as file:
@@ -76,7 +76,7 @@ class RowFile:
             return [_checked(*each) for each in file.execute("SELECT * FROM rows ORDER BY rowid")]
 
     def put(self, row: Row) -> None:
-        """Writes a row; one that is there already, from another process, stays."""
+        """Writes a row; an existing one, from another process, stays."""
         values = row["key"], row["course"], as_json(row)
         with self._transaction() as file:
             file.execute("INSERT OR IGNORE INTO rows VALUES (?, ?, ?, ?)", (*values, digest(values)))
@@ -91,7 +91,7 @@ class RowFile:
         """Yields the file within a transaction; an empty one becomes a file of a study."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            if self.path.is_file() and self.path.stat().st_size == 1:  # which SQLite takes for an empty file
+            if self.path.is_file() and self.path.stat().st_size == 1:  # SQLite takes it for an empty file
                 raise ValueError("file is not a database")
             with closing(_opened(self.path, _PATIENCE)) as file:
                 file.execute(begin)
@@ -122,7 +122,7 @@ _EXPECTED = "expected a file with rows of a study, or a name for a new one in a 
 
 def _opened(path: Path, patience: float) -> sqlite3.Connection:
     """Opens a file of SQLite, or makes it; ``patience``: the seconds to wait for another process. Raises
-    RecordError where it, or a file that SQLite opens beside it, is no regular file: a pipe never ends."""
+    RecordError if it, or a file that SQLite opens beside it, is not a regular file: a pipe never ends."""
     try:
         for end in ("", "-journal", "-wal", "-shm"):
             with suppress(FileNotFoundError):
@@ -136,7 +136,7 @@ def _opened(path: Path, patience: float) -> sqlite3.Connection:
 
 
 def _unusable(path: Path, error: Exception) -> RecordError:
-    """Returns the error of a file that cannot be used: SQLite's has lines and texts of the file in it."""
+    """Returns the error of an unusable file: SQLite's error contains lines and texts of the file."""
     if isinstance(error, RecordError):
         return error
     reason = " ".join(str(error).split())
@@ -146,7 +146,7 @@ def _unusable(path: Path, error: Exception) -> RecordError:
 
 
 def _checked(key: Any, course: Any, content: Any, digested: Any) -> Row:
-    """Returns the row of a line of the table. Raises ValueError for one that was not written so."""
+    """Returns the row of a line of the table. Raises ValueError for a changed one."""
     if digested != digest((key, course, content)):
         raise ValueError(f"row {shown(key)} is not what was written: it has another digest")
     row = None
@@ -160,7 +160,7 @@ def _checked(key: Any, course: Any, content: Any, digested: Any) -> Row:
         and (row["status"] != DONE or isinstance(row.get("fingerprint"), str))
         and _is_shallow(row)
     ):
-        raise ValueError(f"row {shown(key)} is none that a task writes")
+        raise ValueError(f"row {shown(key)} is not a row of a task")
     return row
 
 
@@ -170,8 +170,8 @@ def _is_shallow(value: Any, levels: int = _DEEPEST) -> bool:
 
 
 class Agreement:
-    """Compares the fingerprints of rows that are done, course by course, as they arrive; ``disagreements``
-    has a sentence for each row that has other contacts than the first one of its course."""
+    """Compares the fingerprints of finished rows, course by course, as they arrive; ``disagreements`` has a
+    sentence for each row with other contacts than the first row of its course."""
 
     def __init__(self, rows: Iterable[Row] = ()) -> None:
         self.disagreements: list[str] = []
@@ -196,7 +196,7 @@ class Agreement:
         return self.disagreements[-1]
 
     def judged(self, row: Row) -> Row:
-        """Returns a row; if it disagrees with others, it has that status, and names one of them."""
+        """Returns a row; if it disagrees with others, its status says so, and it names one of them."""
         others = self._courses.get(row["course"], {}) if row["status"] == DONE else {}
         for fingerprint, other in others.items():
             if fingerprint != row["fingerprint"]:

@@ -1,4 +1,4 @@
-"""What the rows of a study come to: means over seeds with standard errors, and ratios paired by seed."""
+"""The summary of a study's rows: means over seeds with standard errors, and ratios paired by seed."""
 
 import math
 import statistics
@@ -14,7 +14,7 @@ from kinetile_bench.study.task import DONE, Row
 
 def summary_of(plan: StudyPlan, rows: Sequence[Row], y: str | None) -> dict[str, Any]:
     """Returns the results of a column, in plain types: a group for each scene and phase. A value of a seed is
-    the mean of its repeats; a ratio is the geometric mean of the seeds', with the error of its logarithm."""
+    the mean of its repeats. A ratio is the geometric mean over the seeds, with the error of its logarithm."""
     y = y or "cpu_seconds"
     numbers = {key for row in rows for key, value in row.items() if isinstance(value, int | float)}
     if rows and y not in numbers:

@@ -1,6 +1,6 @@
 """Tasks: one run each, with a key that is a hash of all that determines the result. Two tasks have one
-*course* where they must have one list of contacts: the same scene to the same end, by the same code. Code
-changes under one version, so foreign plugins go by a digest of their sources as well."""
+*course* if they must have one list of contacts: the same scene to the same end, by the same code. Code
+can change under one version, so foreign plugins are identified by a digest of their sources as well."""
 
 import hashlib
 import inspect
@@ -20,14 +20,14 @@ from kinetile_accuracy.environment import environment
 from kinetile_bench.study.plan import StudyPlan, StudyScene
 
 Row = dict[str, Any]
-"""A task that has ended: what it is, and its result."""
+"""A finished task with its result."""
 
 DONE, REFUSED, FAILED, LOST, DISAGREES = "done", "refused", "failed", "lost", "disagrees"
 STATUSES = (DONE, REFUSED, FAILED, LOST, DISAGREES)
-"""The ends of a task, as its row has them. ``LOST``: its worker died."""
+"""The ends of a task, as in its row. ``LOST``: its worker died."""
 
 Source = tuple[PluginKind | Literal["framework"], str, str]
-"""What a result depends on: its kind, its name, and the package and version that it comes from."""
+"""A source of a result: its kind, its name, and its package with its version."""
 
 
 class StudyStopped(KinetileError, RuntimeError):
@@ -35,9 +35,9 @@ class StudyStopped(KinetileError, RuntimeError):
 
 
 class Task(NamedTuple):
-    """One run, of a phase with options as the study has it: ``key`` is the hash of all that determines the
-    result, ``course`` of what determines the contacts; ``repeat`` counts equal runs from 1; ``sources`` say
-    where kinetile and all named plugins come from: a worker must have the same."""
+    """One run, of a phase with the study's options: ``key`` is the hash of all that determines the result,
+    ``course`` the hash of all that determines the contacts; ``repeat`` counts equal runs from 1; ``sources``
+    name the origins of kinetile and all named plugins: a worker must have the same."""
 
     key: str
     course: str
@@ -50,12 +50,12 @@ class Task(NamedTuple):
 
 def tasks_of(plan: StudyPlan) -> Iterator[Task]:
     """Yields the tasks of a study, scene by scene. On a scene the phases take turns, once for each repeat,
-    forwards and backwards: so a machine that slows down slows all of them."""
+    forwards and backwards, so a machine that slows down slows all of them."""
     observed = _sources(("observable", read_phase(each)[0]) for each in plan.observe)
     phases = [(each, _sources([("broad phase", read_phase(each)[0])])) for each in plan.phases]
     for scene in plan.scenes:
         sources = _sources([("framework", "kinetile"), *scene.named])
-        # The name of a scene file is in no key: what determines the result is its content.
+        # The name of a scene file is in no key: its content determines the result.
         course = digest([scene.content, scene.parameters, scene.until, scene.contacts, sources])
         for repeat in range(1, plan.repeats + 1):
             for phase, source in phases if repeat % 2 else reversed(phases):
@@ -66,7 +66,7 @@ def tasks_of(plan: StudyPlan) -> Iterator[Task]:
 
 def run_task(task: Task) -> Row:
     """Runs a task; returns its row in plain types, with the sentence of an error of the run. Raises
-    StudyStopped where this process has other versions than the one that runs the study."""
+    StudyStopped if this process has other versions than the process that runs the study."""
     for kind, name, source in task.sources:
         if (here := _source(kind, name)) != source:
             raise StudyStopped(
@@ -83,7 +83,7 @@ def run_task(task: Task) -> Row:
         row |= _readings(simulation)
     except Refused as error:
         row |= {"status": REFUSED, "error": printable(str(error))}
-    except Exception as error:  # a plugin may raise anything, and that is the task's result
+    except Exception as error:  # a plugin may raise any error, which is the task's result
         row |= {"status": FAILED, "error": printable(f"{type(error).__name__}: {error}")}
         if simulation is not None and isinstance(error, KinetileError):
             row |= _readings(simulation)
@@ -91,7 +91,7 @@ def run_task(task: Task) -> Row:
 
 
 def row_of(task: Task, result: Mapping[str, Any]) -> Row:
-    """Returns the row of a task: what it is, and its result."""
+    """Returns the row of a task: the task and its result."""
     scene = task.scene
     return {
         "key": task.key,
@@ -132,7 +132,7 @@ def _sources(named: Iterable[tuple[PluginKind | Literal["framework"], str]]) -> 
 
 
 def _source(kind: PluginKind | Literal["framework"], name: str) -> str:
-    """Returns where a plugin comes from: its package with its version, a foreign one with a digest."""
+    """Returns the source of a plugin: its package with its version, a foreign one with a digest."""
     if kind == "framework":
         return f"{__version__}, answer {ANSWER}"
     try:
@@ -154,12 +154,12 @@ def _digest_of(target: Any) -> str:
             files = [Path(inspect.getsourcefile(inspect.unwrap(target)) or "")]
         sources = (file.name.encode() + b"\0" + file.read_bytes() + b"\0" for file in files)
         return hashlib.sha256(b"".join(sources)).hexdigest()[:12]
-    except (OSError, TypeError, ValueError):  # no file has it
+    except (OSError, TypeError, ValueError):  # it has no file
         return "unknown"
 
 
 def _files_of(package: str) -> list[Path]:
-    """Returns the files of a package or module, which is not imported. Raises ValueError without any."""
+    """Returns the files of a package or module, without importing it. Raises ValueError without files."""
     spec = find_spec(package)
     if spec is None:
         raise ValueError(package)

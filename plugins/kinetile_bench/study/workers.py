@@ -1,4 +1,4 @@
-"""Tasks on an executor: the user's, or processes of this machine that end with the one that started them."""
+"""Tasks on an executor: the user's, or processes of this machine that end with the starting process."""
 
 import multiprocessing
 import os
@@ -20,8 +20,8 @@ _ANOTHER = "the study goes on with another one"
 
 
 def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | None) -> Generator[Row | None]:
-    """Runs tasks; yields their rows as they come, and None now and then. Closing the generator ends the
-    processes in the middle of their tasks. Raises StudyStopped where tasks cannot go on."""
+    """Runs tasks; yields their rows as they arrive, and None now and then. Closing the generator ends the
+    processes in the middle of their tasks. Raises StudyStopped if tasks cannot go on."""
     if executor is not None:
         broken, _ = yield from _through(executor, tasks, workers)
         if broken:
@@ -32,7 +32,7 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
     while left:
         with _processes(count) as pool:
             broken, left = yield from _through(pool, left, count)
-        for task in broken:  # which of them has ended a worker is unknown, so each runs again, alone
+        for task in broken:  # the one that ended a worker is unknown, so each runs again, alone
             with _processes(1) as pool:
                 died, _ = yield from _through(pool, [task], 1)
             if died:
@@ -42,7 +42,7 @@ def rows_of(tasks: Iterable[Task], executor: Executor | None, workers: int | Non
 def _through(
     executor: Executor, tasks: Iterable[Task], most: int | None
 ) -> Generator[Row | None, None, tuple[list[Task], list[Task]]]:
-    """Runs tasks, at most ``most`` at once. Returns those that a broken executor had, and never had."""
+    """Runs tasks, at most ``most`` at once. Returns the tasks that a broken executor had, and never had."""
     waiting, broken, tried = deque(tasks), list[Task](), list[Task]()
     under_way: dict[Future[Row], Task] = {}
     finished = SimpleQueue[Future[Row]]()
@@ -61,7 +61,7 @@ def _through(
                 else:
                     under_way[future] = task
                     future.add_done_callback(finished.put)
-            try:  # rows that came while others were submitted are not kept waiting
+            try:  # rows that arrived during the submission of others do not wait
                 future = finished.get(timeout=0.0 if submits else 0.5)
             except Empty:
                 yield None
@@ -76,11 +76,11 @@ def _through(
                 raise
             except Exception as error:
                 reason = f"{type(error).__name__}: {error}"
-                if type(error).__name__ == "KilledWorker":  # Dask's, which has tried it several times
+                if type(error).__name__ == "KilledWorker":  # Dask's: it has tried the task several times
                     row = _lost(task, reason)
                 elif task in tried:
                     raise StudyStopped(f"a task cannot run on its worker: {reason}") from error
-                else:  # Dask's ClientExecutor has a ValueError for a row that its worker took with it
+                else:  # Dask's ClientExecutor has a ValueError for a row that was lost with its worker
                     tried.append(task)
                     waiting.append(task)
                     continue
@@ -102,7 +102,7 @@ def _processes(count: int) -> Iterator[Executor]:
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(parent,))
     try:
         try:
-            with Unbroken(), _interrupts_blocked():  # workers inherit that: Ctrl-C ends none in its imports
+            with Unbroken(), _interrupts_blocked():  # workers inherit it: Ctrl-C ends no import of theirs
                 started = [pool.submit(os.getpid) for _ in range(count)]
             started[0].result()
         except BrokenExecutor as error:
@@ -119,7 +119,7 @@ def _processes(count: int) -> Iterator[Executor]:
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """Within this context SIGINT is blocked in this thread, and in what it starts, where systems do that."""
+    """Within this context SIGINT is blocked in this thread and its children, if the system can."""
     with ExitStack() as after:
         if sys.platform != "win32":
             before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -128,7 +128,7 @@ def _interrupts_blocked() -> Iterator[None]:
 
 
 def _begin(parent: Connection) -> None:
-    """Prepares a worker: Ctrl-C is the business of the process that runs the study. That holds the only
+    """Prepares a worker: only the process that runs the study handles Ctrl-C. That process holds the only
     writing end of the pipe ``parent``; when it closes it, or is killed, the worker ends, in any state."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

@@ -1,9 +1,9 @@
-"""The thesis's benchmark (section 5.3), restated so that it can be done again.
+"""The thesis's benchmark (section 5.3), restated so that it can be repeated.
 
 Twelve scenes of the recipe ``grid``: 25, 100 and 400 discs at four densities, run by each broad phase for the
-same stretch of simulated time, with several seeds, which the thesis does not mention. Counts (contacts, bound
-events, candidate pairs, the queue) are the same on every machine. Times are processor time inside the loop,
-static construction included, compilation apart: a short run is repeated, and the phases take turns.
+same simulated time, with several seeds, which the thesis does not mention. Counts (contacts, bound events,
+candidate pairs, the queue) are the same on every machine. Times are processor time inside the loop, with
+static construction, without compilation: a short run is repeated, and the phases take turns.
 """
 
 import math
@@ -22,13 +22,13 @@ from kinetile_bench.benchmark import Choice, NamedPhase, PhasesMeasured, phases_
 from kinetile_bench.event_rates import BODIES, DENSITIES
 
 PHASES = ("naive", "sap-1d", "sap-2d", "sweep-tiling", "cells", "power")
-"""The thesis's three, sweep-and-prune on two axes, which its figures leave out, and two that it has not."""
+"""The thesis's three; sweep-and-prune on two axes, not in its figures; and two that it does not have."""
 
 MOMENTS = 17
-"""Moments of a run, evenly apart from its start to its end, at which candidate pairs are counted."""
+"""Evenly spaced moments of a run, from its start to its end, that count candidate pairs."""
 
 MOST_RUNS = 40
-"""Runs of one phase in one round, at most."""
+"""The most runs of one phase in one round."""
 
 COUNTED = (
     *("events", "structural_events", "contacts_disc", "contacts_wall"),
@@ -92,7 +92,7 @@ class ThesisBench(PhasesMeasured):
 
     @property
     def phases(self) -> tuple[str, ...]:
-        """The broad phases in the order in which they ran."""
+        """The broad phases in the order of their runs."""
         return tuple(dict.fromkeys(cell.phase for cell in self.rows))
 
     def of(self, scene: ThesisScene, phase: str) -> Mapping[int, Cell]:
@@ -100,12 +100,12 @@ class ThesisBench(PhasesMeasured):
         return self._cells.get((*scene, phase), {})
 
     def scenes(self, *phases: str) -> list[ThesisScene]:
-        """Returns the scenes that all these phases have run."""
+        """Returns the scenes that all of these phases have run."""
         every = dict.fromkeys(ThesisScene(density, bodies) for density, bodies, _ in self._cells)
         return [scene for scene in every if all(self.of(scene, phase) for phase in phases)]
 
     def by_density(self, *phases: str) -> dict[float, list[ThesisScene]]:
-        """Returns the same by their density."""
+        """Returns these scenes by their density."""
         return grouped(self.scenes(*phases), "density")
 
     def mean(self, scene: ThesisScene, phase: str, count: str) -> float:
@@ -125,9 +125,9 @@ def bench_thesis(
     start: Callable[[Any], Any] = Simulation.compile,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[ThesisBench]:
-    """Runs every phase on every scene with the seeds 1 to ``seeds``; yields what there is after each of
-    these. ``repeats`` is the number of rounds, ``seconds`` the CPU time in each, at least, that the runs of a
-    phase on a scene with one seed have together, unless that takes more than ``MOST_RUNS``."""
+    """Runs every phase on every scene with the seeds 1 to ``seeds``; yields the result so far after each
+    scene and seed. ``repeats`` is the number of rounds, ``seconds`` the least CPU time in each that the runs
+    of a phase on a scene with one seed have together, unless that takes more than ``MOST_RUNS``."""
     chosen = phases_with_options(phases)
     conditions = {"seeds": seeds, "until": until, "seconds": seconds, "repeats": repeats}
     plan = [(density, n, seed) for density in densities for n in bodies for seed in range(1, seeds + 1)]

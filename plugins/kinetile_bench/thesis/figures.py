@@ -45,7 +45,7 @@ def _draw_times(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> No
 
 
 def _over_discs(panel: Any, scenes: list[ThesisScene], label: str) -> list[int]:
-    """Lays out a panel of something over the number of discs; returns these numbers."""
+    """Lays out a panel over the number of discs; returns these numbers."""
     sizes = [scene.bodies for scene in scenes]
     panel.set(xscale="log", yscale="log", xlabel="discs", ylabel=label)
     panel.set_xticks(sizes, list(map(str, sizes)))
@@ -58,7 +58,7 @@ def _draw_events(panel: Any, bench: ThesisBench, scenes: list[ThesisScene]) -> N
     for k, phase in enumerate(bench.phases):
         events = [bench.mean(scene, phase, "structural_events") for scene in scenes]
         contacts = [max(bench.mean(scene, phase, "contacts_disc"), 1.0) for scene in scenes]
-        if any(events):  # naive has none
+        if any(events):  # naive has no structural events
             curve(panel, sizes, list(map(truediv, events, contacts)), k % len(LOOKS), label=phase)
 
 

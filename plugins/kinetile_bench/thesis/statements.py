@@ -1,9 +1,9 @@
-"""The thesis's statements about its benchmark (section 5.3), as data: each with what has to hold for it.
+"""The thesis's statements about its benchmark (section 5.3), as data: each with its criterion.
 
-Where the thesis gives no number ("almost negligible", "many times over") one is chosen here. A comparison of
-times consists of pairs, one for each seed and round, in which both phases ran one after the other. It is
-decided where nine of ten pairs agree by more than 5 %, on a machine on which the same run took the same time
-in every round, to 5 %: with one round that is not known. A statement holds if all its parts do.
+If the thesis gives no number ("almost negligible", "many times over"), one is chosen here. A comparison of
+times consists of pairs, one for each seed and round, with both phases run one after the other. It is decided
+if nine of ten pairs agree by more than 5 %, on a machine that took the same time for the same run in every
+round, to 5 %: with one round that is not known. A statement holds if all its parts hold.
 """
 
 import math
@@ -21,7 +21,7 @@ THREE = (NAIVE, SAP, TILING)
 """The phases of the thesis's figures."""
 
 BOUND = "structural_events"
-"""The thesis's bound events, as readings call them."""
+"""The thesis's bound events, by their name in readings."""
 
 HOLDS, FAILS, NOT_KNOWN, NOT_MEASURED = "holds", "does not hold", "not known", "not measured"
 
@@ -34,7 +34,7 @@ MANY, NEGLIGIBLE, LEVEL = 3.0, 0.1, 0.01
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a statement: what it says, whether that holds, and the numbers that decide it."""
+    """A part of a statement: its text, its verdict, and the numbers that decide it."""
 
     text: str
     answer: str
@@ -59,7 +59,7 @@ class Ratio(NamedTuple):
 
     @property
     def below(self) -> str:
-        """Whether the ratio is below 1."""
+        """The verdict that the ratio is below 1."""
         for sign, answer in ((-1.0, HOLDS), (1.0, FAILS)):
             agreeing = sum(sign * log > math.log(QUIET) for log in self.logs.values())
             if self.logs and self.unrest <= QUIET and agreeing >= AGREEING * len(self.logs):
@@ -76,7 +76,7 @@ class Ratio(NamedTuple):
 
 
 def ratio(bench: ThesisBench, scene: ThesisScene, one: str, other: str, per: str | None = None) -> Ratio:
-    """Returns how many times as long one phase takes as another, for a run or for one of its ``per``."""
+    """Returns the ratio of the times of one phase and another, for a run or for one of its ``per``."""
     mine, theirs = bench.of(scene, one), bench.of(scene, other)
     logs = {}
     for seed in sorted(mine.keys() & theirs.keys()):
@@ -89,7 +89,7 @@ def ratio(bench: ThesisBench, scene: ThesisScene, one: str, other: str, per: str
 
 
 def growths(bench: ThesisBench, one: str, other: str) -> dict[float, Ratio]:
-    """Returns the ratio of two phases' times with the most discs over that with the fewest, by density."""
+    """Returns the ratio of two phases' times with the most discs over the one with the fewest, by density."""
     groups = {density: found for density, found in bench.by_density(one, other).items() if len(found) > 1}
     return {
         density: ratio(bench, most, one, other).over(ratio(bench, fewest, one, other))
@@ -102,19 +102,19 @@ def _all(answers: Iterable[str]) -> str:
 
 
 def _below(text: str, found: Mapping[Any, Ratio]) -> Iterator[Part]:
-    """Yields the part that all of some ratios are below 1; nothing where there are none."""
+    """Yields the part that all of some ratios are below 1; nothing without ratios."""
     if found:
         numbers = ", ".join(f"{each} at {where}" for where, each in found.items())
         yield Part(text, _all(each.below for each in found.values()), f"ratios {numbers}")
 
 
 def _counted(text: str, count: int, of: int, least: int) -> Part:
-    """Returns the part that at least ``least`` of the cases are as it says."""
+    """Returns the part with a text that must hold in at least ``least`` of the cases."""
     return Part(text, HOLDS if count >= least else FAILS, f"in {count} of {of} cases")
 
 
 Check = Callable[[ThesisBench], Iterable[Part]]
-"""Gives parts of a statement, decided by a run; none where the run has not measured what they are about."""
+"""Yields parts of a statement, decided by a run; nothing if the run has not measured their subject."""
 
 
 def faster(
@@ -185,7 +185,7 @@ def largest_difference(bench: ThesisBench) -> Iterator[Part]:
     }
     if len(ratios) > 1 and (0.5, 400) in ratios:
         most = max(ratios, key=lambda scene: ratios[scene])
-        text = f"bound events of {SAP} over those of {TILING} are most at .5/400"
+        text = f"bound events of {SAP} over {TILING}'s are most at .5/400"
         yield Part(text, HOLDS if most == (0.5, 400) else FAILS, f"{ratios[most]:.2f} at {most}")
 
 

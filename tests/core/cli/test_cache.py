@@ -1,4 +1,4 @@
-"""``kinetile cache``: what it shows and removes, and what it leaves alone."""
+"""``kinetile cache``: its output, its removals, and the files that it keeps."""
 
 import os
 import time

@@ -35,7 +35,7 @@ def pipes():
 
 
 def refused_here(line, *_):
-    """Run a command that cannot be done, where some files are; return its message."""
+    """Runs a command that cannot be done, where some files are; returns its message."""
     if ".parquet" in line and "pyarrow" not in sys.modules:
         pytest.importorskip("pyarrow")
     for name, content in FILES.items():

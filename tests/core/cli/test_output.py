@@ -137,7 +137,7 @@ def test_a_scene_file_of_an_odd_name_runs_and_is_named_legibly(tmp_path, monkeyp
 
 
 def test_there_is_one_place_from_which_commands_print():
-    """What is printed past the filter may have a control character in it."""
+    """A text that is printed past the filter may have a control character in it."""
     for package in ("core/kinetile/cli", "plugins"):
         for path in (Path(__file__).parents[3] / package).rglob(
             "cli*/*.py" if package == "plugins" else "*.py"

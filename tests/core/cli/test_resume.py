@@ -149,7 +149,7 @@ def test_a_signal_saves_and_ends(tmp_path, number):
         process.send_signal(number)
         out, said = process.communicate(timeout=600)
     assert process.returncode == 128 + number
-    assert f"`kinetile resume {path}` goes on from there" in said
+    assert f"`kinetile resume {path}` continues from there" in said
     result = json.loads(out)
     taken_up = kt.resume(path)
     assert (result["run"]["status"], result["run"]["time"]) == ("interrupted", taken_up.time)

@@ -65,7 +65,7 @@ def test_every_command_is_tried():
 
 
 def ended(line, monkeypatch, stdout):
-    """Run a command as a process does; return its exit code."""
+    """Runs a command as a process does; returns its exit code."""
     monkeypatch.setattr("sys.argv", ["kinetile", *shlex.split(line)])
     monkeypatch.setattr("sys.stdout", stdout)
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(), "ascii"))

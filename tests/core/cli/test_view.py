@@ -1,4 +1,4 @@
-"""``kinetile view`` and ``kinetile draw``: scenes, event files, saved cases, pictures; what they refuse."""
+"""``kinetile view`` and ``kinetile draw``: scenes, event files, saved cases, pictures; and refusals."""
 
 import json
 import re

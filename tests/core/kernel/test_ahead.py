@@ -1,4 +1,4 @@
-"""Looking ahead: it asks the memory early, and changes nothing."""
+"""Looking ahead: it reads the memory early, and changes nothing."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ SCENES = {
 @pytest.mark.parametrize("phase", ["cells", "sweep-tiling"])
 @pytest.mark.parametrize("scene", first(3, ["on a torus", "nobody", "of two sizes", "a few", "grid"]))
 def test_looking_ahead_changes_no_event(monkeypatch, scene, phase):
-    """Composed for a small scene, where rings and tables end soon, it reads and asks within them only."""
+    """Composed for a small scene, with short rings and tables, it reads and prefetches within them only."""
     runs = []
     for large in (compose.LARGE_SCENE, 0):
         monkeypatch.setattr(compose, "LARGE_SCENE", large)

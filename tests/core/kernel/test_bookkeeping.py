@@ -40,7 +40,7 @@ pytestmark = pytest.mark.small
 
 
 def tables() -> Kernel:
-    """Return tables of three bodies, numbered backwards, of radii 1, 1/4 and 1/2; that of 1/4 moves."""
+    """Returns tables of three bodies, numbered backwards, of radii 1, 1/4 and 1/2; the second moves."""
     k = allocate(3, 2, 4)._replace(log=record_table(ROW, 4))
     k.queue.number, k.slots[:] = [2, 1, 0], [2, 1, 0]
     k.bodies.radius, k.bodies.vx, k.bodies.vy = [1.0, 0.25, 0.5], [0.0, 0.75, 0.0], [0.0, 1.0, 0.0]

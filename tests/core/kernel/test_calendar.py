@@ -123,7 +123,7 @@ def bodies_of(k: Kernel, day: int) -> list[int]:
 
 def test_a_burst_at_one_tick_was_searched_through_for_each_of_its_heads():
     """A million discs on edges of cells took 2 ms a head: now the ring is put in order once, when it is
-    reached, its first is the head, and what is filed in it afterwards is filed in order."""
+    reached, its first is the head, and later entries are filed in order."""
     rng = np.random.default_rng(6)
     k = tables(shift=3)
     order_of_filing = [int(body) for body in rng.permutation(BODIES)]

@@ -84,7 +84,7 @@ def hook(x):
 
 
 def in_an_intrinsic(answer: int):
-    """Code within a function that makes code; only those of two files of the kernel were seen."""
+    """Code within a function that makes code; only functions of two files of the kernel were seen."""
     from numba.core import types
     from numba.extending import intrinsic
 
@@ -155,7 +155,7 @@ def test_an_assertion_that_pytest_rewrote_gave_a_new_name_to_each_process():
 
 
 def test_no_assertion_is_in_what_is_compiled():
-    """Under pytest, which rewrites those of its plugins, loops would have other names than elsewhere."""
+    """Under pytest, which rewrites its plugins' assertions, loops would have other names than elsewhere."""
     kernel = Path(kinetile.__file__).parent / "kernel"
     folders = [kernel / name for name in ("vectors", "certificates", "loop")]
     for folder in (Path(kinetile_plugins.__file__).parent, *folders):
@@ -252,7 +252,7 @@ def compiled_once(tmp_path_factory) -> tuple[Path, str]:
 @pytest.mark.slow
 @needs_compiler
 def test_each_new_environment_compiled_everything_anew(compiled_once, tmp_path):
-    """The same sources at another path, with other dates, load what was compiled for the first, and what
+    """The same sources at another path, with other dates, load the code compiled for the first, and what
     that calls."""
     cache, printed = compiled_once
     files = written(cache)
@@ -273,7 +273,7 @@ def template(x):
 
 
 def composed_again():
-    """What calls another function apart, as in a process that has nothing in memory yet."""
+    """A hook that calls another function separately, as in a process with nothing in memory yet."""
     return composer._compose(template, {"answer": compiled.apart(one_more)}, "damaged", State)
 
 
@@ -304,7 +304,7 @@ def test_machine_code_that_is_not_used_stayed_for_ever(folder):
 
 @needs_compiler
 def test_machine_code_that_was_used_filled_the_disk(folder, monkeypatch):
-    """Only its age was limited: what was not used for longest goes first, hooks or loops."""
+    """Only its age was limited: the entry that was not used for longest is removed first, hooks or loops."""
     names = [f"loop.{number}.nbi" if number % 2 else f"hook_{number}.nbh" for number in range(6)]
     for number, name in enumerate(names):
         (folder / name).write_bytes(bytes(100))
@@ -326,7 +326,7 @@ def damages(content: bytes):
 @needs_compiler
 @pytest.mark.usefixtures("compiled_here")
 def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(folder, caplog):
-    """Cut off, empty, with a flipped bit, in the machine code too, or copied from another, so that its own
+    """Cuts off, empty, with a flipped bit, in the machine code too, or copied from another, so that its own
     checksum is right: said once, and written again."""
     assert composed_again()(41.5) == 42
     files = sorted(folder.rglob("*.nb[ic]"))
@@ -353,7 +353,7 @@ def test_a_damaged_file_of_the_cache_ended_every_run_from_then_on(folder, caplog
 
 
 def hooks_again(answer: int = 1):
-    """Two hooks, one of which calls a third with an answer in it, as in a process that has nothing yet."""
+    """Two hooks; one of them calls a third with an answer in it, as in a process that has nothing yet."""
     made = module("hooked", "def least(x):\n    return int(x)\n")
     least = compiled.hook(made.least)
     source = f"def hook(x):\n    return least(x) + {answer}\n"

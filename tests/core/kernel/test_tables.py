@@ -1,4 +1,4 @@
-"""The kernel's records: what a field is called matters where the loop is interpreted."""
+"""The kernel's records: the name of a field matters where the loop is interpreted."""
 
 import ast
 import inspect
@@ -55,7 +55,7 @@ def test_a_field_that_is_not_declared_is_refused_in_a_sentence() -> None:
 
 
 AWAITED = r"\w+ = (\S+)\n +if \w+ < at"
-"""In ``next_event``: another tick than that of the head of the queue, compared with that."""
+"""In ``next_event``: another tick than the head of the queue has, compared with it."""
 
 
 def test_what_the_loop_awaits_besides_the_queue_is_a_saved_tick_that_no_contact_runs_ahead_of() -> None:

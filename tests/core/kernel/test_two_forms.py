@@ -63,7 +63,7 @@ LENT = {
         lambda far, near, *rest: (far - near, -0.5, 0.25, 0, *rest[3:]),
     ),
 }
-"""Functions that hardly any run calls, and of which other's arguments they are given."""
+"""Functions that hardly any run calls, and the functions whose arguments they get."""
 
 
 def plain(dtype: np.dtype) -> np.dtype:
@@ -125,7 +125,7 @@ def test_a_function_apart_is_the_python_one(name, calls):
 
 @pytest.mark.slow
 def test_hooks_of_two_forms_are_the_python_ones(calls):
-    """Of records; those that take all tables, or vectors, are in runs that turn."""
+    """For records; functions that take all tables, or vectors, are in runs that turn."""
     compared = set()
     for name, function in BY_RECORD.items():
         of_record = both_ways(function, "{}[0]")

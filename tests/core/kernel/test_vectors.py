@@ -87,7 +87,7 @@ def of_doubles(one: Any, two: Any, numbers: Any, floats: Any, truths: Any) -> tu
 @given(eight, eight, arrays.arrays(np.int32, LANES, elements=st.integers(0, LANES - 1)))
 @settings(deadline=None, max_examples=30)
 def test_eight_doubles(one, two, picked):
-    """Comparisons with what is not a number are false."""
+    """Comparisons with NaN are false."""
     floats, truths = np.zeros((11, LANES)), np.zeros((6, LANES), dtype=np.bool_)
     with np.errstate(all="ignore"):
         word, anywhere = of_doubles(one, two, picked, floats, truths)

@@ -1,4 +1,4 @@
-"""Indices: what the kernel's own hooks read and write, what those of others may, and what is none."""
+"""Indices: the reads and writes of the kernel's hooks, of foreign hooks, and numbers that are not indices."""
 
 import re
 import sys

@@ -70,7 +70,7 @@ def bringing(what: str, *specs: str) -> str:
 
 
 DISTRIBUTIONS: dict[str, tuple[str, str]] = {
-    # distribution: (entry point, module); its name tells what is wrong with it
+    # distribution: (entry point, module); its name is its fault
     "kinetile-good": (
         "bands",
         bringing(

@@ -1,4 +1,4 @@
-"""The registry of names: what plugins of this process bring, and what they can do wrong."""
+"""The registry of names: plugins of this process, and their possible faults."""
 
 import sys
 from collections.abc import Callable

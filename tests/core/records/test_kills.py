@@ -1,4 +1,4 @@
-"""Processes that record and are killed, or get two signals: what they leave is a true prefix of the run."""
+"""Processes that record and are killed, or get two signals: their files are true prefixes of the run."""
 
 import hashlib
 import os
@@ -23,7 +23,7 @@ FIRST = 100_000
 
 
 def kill(path, seconds: float, warned: float | None) -> None:
-    """Kill a run some seconds after it has begun to write rows, or so long after it got SIGTERM."""
+    """Kills a run some seconds after it has begun to write rows, or so long after it got SIGTERM."""
     partial = path.with_name(path.name + ".partial")
     arguments = [sys.executable, "-m", "kinetile", *RUN.split(), str(path)]
     with subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:

@@ -1,4 +1,4 @@
-"""The log of a run: whatever happens to its bytes, what is read is a true prefix of what was written."""
+"""The log of a run: whatever happens to its bytes, its rows are a true prefix of the written ones."""
 
 import json
 import zlib

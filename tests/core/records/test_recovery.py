@@ -34,7 +34,7 @@ def whole() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def left(tmp_path_factory, whole):
-    """What a run has left that was killed: the log of all its rows but the last ten, in batches of 20."""
+    """The files of a killed run: the log of all its rows but the last ten, in batches of 20."""
     path = tmp_path_factory.mktemp("left") / "e.parquet"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recording, "_ROWS_A_BATCH", 20)
@@ -238,7 +238,7 @@ def test_a_batch_of_many_rows_does_not_say_that_those_behind_it_are_there(tmp_pa
 
 
 def go_on(folder, steps: int) -> None:
-    """Go on from a checkpoint, and end this process at a step."""
+    """Continues from a checkpoint, and ends this process at a step."""
 
     def last(function):
         def call(*arguments):
@@ -264,7 +264,7 @@ def go_on(folder, steps: int) -> None:
 def test_a_resume_that_was_killed_while_it_copied_had_made_its_run_no_beginning(
     tmp_path, left, whole, end, monkeypatch
 ):
-    """At each step at which it can be: of a copy of FILE, of a log with the checkpoint within a batch, of a
+    """At each possible step: of a copy of FILE, of a log with the checkpoint within a batch, of a
     log that begins."""
     sim = kt.Simulation(SCENE, "naive")
     if not end:

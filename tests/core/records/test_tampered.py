@@ -1,4 +1,4 @@
-"""Files that were tampered with or never were event files: a RecordError, or exactly what was written."""
+"""Files that were tampered with or never were event files: a RecordError, or exactly the written rows."""
 
 import json
 import math

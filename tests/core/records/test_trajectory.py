@@ -1,4 +1,4 @@
-"""From rows back to motion: positions and velocities are those of the run, to the last bit."""
+"""From rows back to motion: positions and velocities are the run's, to the last bit."""
 
 import tracemalloc
 
@@ -121,7 +121,7 @@ def test_rows_of_some_of_the_runs_were_taken_for_the_whole_motion(recorded, ends
 
 @pytest.mark.parametrize("name", ["still", "falling"])
 def test_a_body_may_be_moved_before_anything_happens_to_it(name, tmp_path):
-    # The reader asked for the move to be where the scene had sent the body.
+    # The reader expected the move at the place where the scene had sent the body.
     more = {"gravity": (0.0, -1.0)} if name == "falling" else {}
     scene = kt.Scene(
         [(1.0, 2.0)], [(0.25, 0.0)], 0.25, arena=(4.0, 4.0), commands=[kt.Move(0, 0.5, (3.0, 3.0))], **more

@@ -99,7 +99,7 @@ def test_a_ball_is_thrown_past_the_tip_of_a_triangle_by_a_strip(higher, times):
 @pytest.mark.parametrize("phase", ["naive", "cells", "sap-2d"])
 def test_what_flies_since_long_is_deep_by_its_velocity_of_now(phase):
     """Two boxes rise and fall, one flush on the other and along it. The floor stops the lower one, and so
-    they meet at once, while the plan of the upper one is still that of the start, when it rose."""
+    they meet at once, while the plan of the upper one is still its first, when it rose."""
     falling = kt.Scene(
         [[2.0, 0.75 + 3.0 / 256.0], [2.25, 0.25 + 3.0 / 256.0]],
         [[0.125, 2.0**-8], [-0.125, 2.0**-8]],
@@ -372,7 +372,7 @@ def test_what_an_acceleration_alone_brings_together_meets_beside_a_periodic_axis
 @pytest.mark.parametrize("more", [{}, {"periodic": "y"}], ids=["walls", "periodic"])
 @pytest.mark.parametrize("phase", ["naive", "cells"])
 def test_what_has_passed_passes_again_on_its_way_back(phase: str, more: dict):
-    """The end of a passing did not ask again, and no other event did before the bodies met."""
+    """The end of a passing did not compute it again, and no other event did before the bodies met."""
     places, speeds, own = [(3.0, 1.0), (1.0, 1.0)], [(0.0, 0.0), (2.5, 0.0)], [(0.0, 0.0), (-1.0, 0.0)]
     more = more | {"kind": ["ball", "ball"], "responses": {("ball", "ball"): "pass"}}
     scene = kt.Scene(places, speeds, 0.25, arena=(6.0, 6.0), acceleration=own, **more)

@@ -44,7 +44,7 @@ def test_the_next_event_is_the_one_that_comes(scene):
 
 
 def on_top(**more) -> kt.Scene:
-    """Return a body that begins on a sensor, and is removed while a second one is inserted on it."""
+    """Returns a body that begins on a sensor, and is removed while a second one is inserted on it."""
     return kt.Scene(
         [(1.0, 1.0), (1.5, 1.0), (3.0, 3.0)],
         [(0.5, 0.0), (0.0, 0.0), (0.0, 0.0)],
@@ -190,7 +190,7 @@ def test_max_events_stops_after_so_many(phase, options):
 
 
 def test_a_body_that_was_turned_after_a_look_ahead_was_placed_too_far_from_the_common_clock():
-    """Bounds are good within a span of the common clock's origin, and that had gone on to what comes next."""
+    """Bounds are good within a span of the common clock's origin, and this had gone on to the next event."""
     position, velocity = [[0.25, 0.5], [0.75, 0.25]], [[0.001, 0.0], [0.0, 0.0]]
     sim = kt.Simulation(
         kt.Scene(position, velocity, 0.125, [1e6, 1.0], arena=(1.0, 1.0)), "naive", turning=True
@@ -243,7 +243,7 @@ def test_a_run_stops_at_a_contact_after_which_a_body_is_faster_than_any_before(p
 
 @pytest.mark.parametrize("phase", GENERAL)
 def test_a_run_stops_at_a_passing_that_a_command_begins_or_ends(phase):
-    """Phases that are built anew counted such a contact, gave it only to the next run, and did not stop."""
+    """Rebuilt phases counted such a contact, gave it only to the next run, and did not stop."""
     rules = {("*", "*"): kt.Response("pass")}
     commands = [kt.Insert(1.0, (1.25, 1.5), (0.0, 0.5), 0.25), kt.Remove(2, 2.0)]
     scene = kt.Scene([[1, 1], [3, 1]], [[0.25, 0.5], [0, 0.5]], 0.25, arena=(4, 4), responses=rules)

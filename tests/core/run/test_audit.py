@@ -1,4 +1,4 @@
-"""What the kernel's own audit sees: tables broken by hand, and the sentence about it."""
+"""Faults that the kernel's own audit sees: tables broken by hand, and the sentence about it."""
 
 from typing import Any, NamedTuple
 
@@ -206,7 +206,7 @@ def test_a_contact_that_nobody_awaits():
 
 
 def test_a_guard_behind_which_a_contact_comes():
-    """Three discs in a row: what the middle one knows of the later contact is its guard."""
+    """Three discs in a row: the middle one's guard holds the later contact."""
     position = [[0.0, 0.0], [2.0, 0.0], [5.0, 0.0]]
     sim = kt.Simulation(kt.Scene(position, [[1.0, 0.0], [0.0, 0.0], [-1.0, 0.0]], 0.5), "naive")
     assert sim.next_event is not None
@@ -256,7 +256,7 @@ def test_a_stop_before_a_contact_left_it_unfiled_and_the_audit_blamed_a_sound_ru
 
 
 def test_an_audit_blames_nobody():
-    """A narrow phase that reports an overlap while it is asked again leaves no fault behind."""
+    """A narrow phase that reports an overlap during a second call leaves no fault behind."""
     found = engine()
     found.k.bodies[0].x += 0.1
     found.k.places[0].x += 0.1

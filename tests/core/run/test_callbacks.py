@@ -1,4 +1,4 @@
-"""``run(on_contact=f, on_part=g)``: called with each contact, at its time; what they order happens there."""
+"""``run(on_contact=f, on_part=g)``: called with each contact, at its time; their commands happen there."""
 
 import math
 import random
@@ -161,7 +161,7 @@ def test_a_removal_after_a_step_is_no_contact():
 @pytest.mark.parametrize("key", [("robot", "zone"), ("crate", "zone"), None])
 @pytest.mark.parametrize("how", ["between", "on_contact", "progress", "planned"])
 def test_it_is_called_with_the_end_of_a_passing_whose_body_goes(how, key):
-    """It was by the kind with which the body came, and not at all where ``progress`` removed it."""
+    """It was by the body's kind at its insertion, and not at all where ``progress`` removed it."""
     rules = {("robot", "zone"): "pass", ("crate", "zone"): "pass"}
     scene = kt.Scene([(0, 0)], [(0, 0)], 1, kinds=["crate", "robot", "zone"], kind=["zone"], responses=rules)
     planned = [kt.Insert(0, (-3, 0), (1, 0), 0.25, kind="crate"), kt.SetKind(1, 1, "robot"), kt.Remove(1, 3)]

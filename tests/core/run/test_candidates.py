@@ -1,4 +1,4 @@
-"""What a phase draws is looked through before anybody sees it: bodies by number, ticks since the start."""
+"""The drawing of a phase is checked before anybody sees it: bodies by number, ticks since the start."""
 
 from contextlib import ExitStack
 from dataclasses import replace

@@ -43,7 +43,7 @@ def test_a_body_comes_meets_and_goes(phase):
 @pytest.mark.parametrize("phase", first(3, [name for name in BUILT_IN if name != "power"]))
 @pytest.mark.parametrize("planned", [False, True])
 def test_a_body_turned_back_meets_the_body_that_it_met_last(phase, planned):
-    """After a contact the two part, and neither is asked for the other until one of them turns."""
+    """After a contact the two part, and neither is a candidate of the other until one of them turns."""
     turns = [(0, 1.5, (3.0, 0.0))] if planned else []
     scene = kt.Scene([[1.0, 1.0], [3.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]], 0.5, turns=turns)
     sim = kt.Simulation(scene, phase, live=not planned)
@@ -197,7 +197,7 @@ def test_there_is_room_for_as_many_as_are_asked_for_and_then_for_more(room, slot
 
 @pytest.mark.parametrize("phase", first(2, LIVING))
 def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace(phase):
-    """Cells were those of places at the last stop."""
+    """Cells fitted the places at the last stop."""
     row = [[0.25 + each / 2, 3.0] for each in range(5)]
     scene = kt.Scene([[0.5, 1.0], *row], [[1.75, 0.0], *[[0.0, 0.0]] * 5], 0.0625, arena=(4.0, 4.0))
     scene = scene.replace(commands=[kt.Insert(1.5, (2.0, 2.0), (0.5, 0.25), 0.03125)])
@@ -210,7 +210,7 @@ def test_where_a_run_stopped_before_an_insertion_that_needs_room_leaves_no_trace
 
 @pytest.mark.parametrize("phase", first(2, LIVING))
 def test_when_bodies_are_jammed_does_not_depend_on_the_phase(phase):
-    """Nor does the speed for which all is laid out: a phase without ``enter`` is built again for each."""
+    """Nor does the speed that the layout assumes: a phase without ``enter`` is built again for each."""
     limits = []
     for name in (phase, "naive"):
         sim = kt.Simulation(box(), name, live=True)
@@ -250,7 +250,7 @@ def test_where_nobody_was_for_long_clocks_were_wrong():
     ("phase", "other"), first(1, [("cells", "sap-1d"), ("sap-k", "cells"), ("naive", "sap-2d")])
 )
 def test_a_lifetime_is_a_removal_planned_when_the_body_comes(phase, other, tmp_path):
-    """Of one moment the first that came goes first, after commands of the scene: the ends of passings, which
+    """At one moment the first to arrive goes first, after commands of the scene: the ends of passings, which
     are rows, say it. One that is removed by hand has no second removal, and one may be long."""
     planned = [kt.Insert(0.0, (2.0, 2.0), (0.0, 0.0), 0.5), kt.Remove(0, 1.25)]
     scene = box(responses={("*", "*"): "pass"}, commands=planned)

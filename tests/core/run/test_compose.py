@@ -1,4 +1,4 @@
-"""Composition: what is said of phases that do not accept a scene, and which others are proposed."""
+"""Composition: the messages on phases that do not accept a scene, and which others are proposed."""
 
 import itertools
 import re

@@ -1,4 +1,4 @@
-"""Scenes with gravity: known answers, one answer under all phases, what is refused."""
+"""Scenes with gravity: known answers, one answer under all phases, refusals."""
 
 import copy
 import math
@@ -56,7 +56,7 @@ def falling(seed: int, bodies: int = 9) -> kt.Scene:
 
 
 NO_ROOM = {49, 77, 105, 133, 189, 196}
-"""Seeds of scenes in which another body is where one is inserted: so ends the run, under every phase."""
+"""Seeds of scenes with an insertion at the place of another body: so ends the run, under every phase."""
 
 RULES = {
     1: {(1, 2): kt.Response("pass")},

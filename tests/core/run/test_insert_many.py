@@ -1,4 +1,4 @@
-"""Many bodies inserted at once: as the same insertions one after the other, some of which have no room."""
+"""Many bodies inserted at once: as the same insertions one after the other, some of them without room."""
 
 import pickle
 import random
@@ -17,8 +17,8 @@ REFUSED = {("pass",): "pass through", ("periodic xy",): "periodic", ("shapes",):
 
 
 def batch(seed: int, names: tuple[str, ...]):
-    """Return positions, velocities and the rest of a drawn batch: some reach into others, into walls, or into
-    bodies that are there."""
+    """Returns positions, velocities and the rest of a drawn batch: some reach into others, into walls, or
+    into present bodies."""
     rng, draft = random.Random(seed), Game(*names).draft
     many = (6, 80, 1, 12)[seed % 4]  # 80: more than there are slots for
     places = [(rng.randrange(1, 48) / 8, rng.randrange(1, 48) / 8) for _ in range(many)]

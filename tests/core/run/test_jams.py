@@ -1,4 +1,4 @@
-"""Bodies that cannot move on: jams and squeezes, and what a program does with them."""
+"""Bodies that cannot move on: jams and squeezes, and a program's ways out."""
 
 import math
 import random
@@ -15,7 +15,7 @@ PADDLES = {"mass": [1.0, INF, INF], "arena": (2.0, 2.0)}
 
 
 def between_paddles(response="elastic", by=1.0):
-    """A ball on a wall, on which two paddles close in."""
+    """A ball on a wall, between two paddles that close in."""
     places = [(1.0, 0.04), (0.93, 0.13), (1.07, 0.13)]
     velocities = [(0.0, 0.0), (0.6 * by, -1.3 * by), (-0.6 * by, -1.3 * by)]
     rules = None if response == "elastic" else response
@@ -140,7 +140,7 @@ def court(rng, sort, balls):
 
 def steered(seed, sort, aimed):
     """Plays with paddles that go to a ball, or at random. Returns the most contacts of a run to its answer,
-    and in how many windows each jam was told when nothing was done about it; then a ball goes."""
+    and the number of windows that reported each jam without an action; then a ball goes."""
     rng = random.Random(f"{sort} {seed}")
     balls = rng.randint(1, 5) if aimed else rng.randint(4, 9)
     sim = kt.Simulation(court(rng, sort, balls), "cells", live=True)

@@ -38,7 +38,7 @@ def lattice():
 
 @pytest.fixture
 def world():
-    """With kinds of which none is there."""
+    """With absent kinds."""
     scene = sensors.world(kinds=["ball", "sensor", "late", 7], commands=[sensors.LATE])
     return kt.Simulation(scene, "naive", live=True)
 

@@ -1,4 +1,4 @@
-"""Observables of a run: when they are sampled, what they are given, how averages and errors are made."""
+"""Observables of a run: their samples, their arguments, and their averages and errors."""
 
 import itertools
 import math
@@ -302,7 +302,7 @@ def test_blocks_have_the_mean_of_all_and_the_error_of_their_means():
 
 
 def test_blocks_follow_the_time_that_values_depend_on_each_other():
-    """Of an autoregression the error of a mean is known; values in their own blocks have a fifth of it."""
+    """The error of the mean of an autoregression is known; values in their own blocks have a fifth of it."""
     made, value, found = np.random.default_rng(4), 0.0, []
     for _ in range(6):
         blocks = Blocks()

@@ -1,4 +1,4 @@
-"""Commands and responses in scenes with periodic axes: the room of an inserted body, and what is refused."""
+"""Commands and responses in scenes with periodic axes: the room of an inserted body, and refusals."""
 
 import json
 import math
@@ -17,7 +17,7 @@ STILL = (0.0, 0.0)
 
 
 def scene(periodic: str, *places: tuple[float, float], insert: tuple[float, float]) -> kt.Scene:
-    """Discs of radius 1/4 in a box of 2 x 1, the first of which flies; another one comes at time 1."""
+    """Discs of radius 1/4 in a box of 2 x 1, the first one flies; another one is inserted at time 1."""
     velocities = [(0.25, 0.0), *[STILL] * (len(places) - 1)]
     comes = kt.Insert(1.0, insert, STILL, 0.25)
     return kt.Scene(places, velocities, 0.25, arena=(2.0, 1.0), periodic=periodic, commands=[comes])

@@ -1,4 +1,4 @@
-"""Prepared scenes: what a run computes of a scene for its phases stays a value of the run."""
+"""Prepared scenes: the values that a run computes of a scene for its phases stay a value of the run."""
 
 import math
 

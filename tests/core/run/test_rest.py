@@ -1,4 +1,4 @@
-"""Bodies that settle and rest: known answers, ends of holding, one answer, saved runs, what is refused."""
+"""Bodies that settle and rest: known answers, ends of holding, one answer, saved runs, refusals."""
 
 import copy
 import math
@@ -26,7 +26,7 @@ def rules(e: float = 0.5, settle: float = 0.125) -> dict[Any, kt.Response]:
 
 
 def scene(places: Any, velocities: Any, shape: Any = None, immovable: int = 0, **more: Any) -> kt.Scene:
-    """A scene in which the first bodies are immovable, each of its own shape; discs of 1/2 without shapes."""
+    """A scene whose first bodies are immovable, each of its own shape; discs of 1/2 without shapes."""
     mass = [math.inf] * immovable + [1.0] * (len(places) - immovable)
     own: dict[str, Any] = {"radius": 0.5}
     if shape is not None:
@@ -54,7 +54,7 @@ BALL = kt.disc(0.25)
 @pytest.mark.parametrize("phase", [*PHASES, "sweep-tiling", "power"])
 def test_a_ball_rests_after_the_bounce_with_which_it_is_as_slow_as_settle(phase):
     """It falls by 1/2, arrives with 1, and flies for 1, 1/2, 1/4, 1/8 with e = 1/2: it meets the floor with
-    speeds of 1, 1/2, 1/4 and 1/8, of which the last is not above settle."""
+    speeds of 1, 1/2, 1/4 and 1/8, the last of them is not above settle."""
     sim = run(scene([[1.0, 1.0]], [[0.0, 0.0]]), 1e3, phase)
     assert rows(sim) == [(time, 0, FLOOR) for time in (1.0, 2.0, 2.5, 2.75)]
     assert sim.velocities().tolist() == [[0.0, 0.0]]
@@ -267,7 +267,7 @@ def drawn(seed: int) -> kt.Scene:
 
 
 SEEDS = [seed for seed in range(50) if seed != 26]
-"""Of 26 a box, thrown upwards, slides below one that is fixed just as high as itself: a jam."""
+"""In 26 cases a box, thrown upwards, slides below one that is fixed just as high as itself: a jam."""
 
 
 @pytest.mark.parametrize("seed", lanes.first(1, SEEDS))

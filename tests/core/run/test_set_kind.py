@@ -58,7 +58,7 @@ def test_it_is_an_event_and_a_command_of_scenes_and_files() -> None:
 
 @pytest.mark.parametrize("live", [False, True])
 def test_in_a_passing_it_cannot_become_one_that_does_not_pass_and_goes_on(live: bool) -> None:
-    """In a live run what was refused waited, and was refused again by each run from then on."""
+    """In a live run a refused command waited, and was refused again by each run from then on."""
     sim = kt.Simulation(corridor(), live=live)
     sim.run(2.0)
     before = outcome(sim)

@@ -37,7 +37,7 @@ def met(sim: kt.Simulation) -> list[tuple[float, int, int]]:
 
 
 def holds(sim: kt.Simulation, *phases: str) -> None:
-    """Asserts that what a run did is a scene with its contacts, and right."""
+    """Asserts that the record of a run is a scene with its contacts, and right."""
     scene = sim.recorded()
     assert loads_scene(dumps_scene(scene)) == scene
     for phase in phases or GENERAL:
@@ -167,7 +167,7 @@ def test_what_rests_on_it_falls_and_it_falls_itself() -> None:
 
 @pytest.mark.parametrize("phase", GENERAL)
 def test_far_away_in_the_open_plane_bodies_meet_at_their_ticks(phase: str) -> None:
-    """The skin was that of the places at the start, and rounding grows with the distance."""
+    """The skin fitted the places at the start, and rounding grows with the distance."""
     scene = kt.Scene([[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.1], [0.0, 0.3]], 0.5)
     sim = kt.Simulation(scene, phase)
     skin = float(sim.tables.clock[0].limits.skin)

@@ -108,7 +108,7 @@ def test_explain_names_what_is_left_out():
 
 
 def test_a_loop_has_no_hooks_that_it_never_calls():
-    """What these call apart was compiled and loaded with every loop."""
+    """Functions that these call separately were compiled and loaded with every loop."""
     plain = kt.make_scene("grid", bodies=9)
     touching, passing = {"touch", "touch_wall"}, {("*", "*"): "pass"}
     for more, called in (
@@ -158,7 +158,7 @@ def test_a_run_to_the_present_time_says_once_that_it_does_nothing_and_a_duration
 
 @pytest.mark.small
 def test_a_command_after_the_scenes_own_end_is_told(caplog):
-    """It never happened, without a word. A recording, and a run to another end, mean what they leave out."""
+    """It never happened, without a word. A recording, and a run to another end, mean the omitted part."""
     scene = grid(4).replace(commands=[kt.Remove(0, 2.0)], settings=kt.Settings(until=1.0))
     sim = kt.Simulation(scene, "cells")
     sim.run(max_contacts=0)

@@ -1,4 +1,4 @@
-"""Hard cases of every kind: what is lost is told, what is jammed is told at once, and nothing drifts."""
+"""Hard cases of every kind: losses are reported, jams are reported at once, and nothing drifts."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def next_pair(sim: kt.Simulation) -> tuple[int, int]:
 
 
 def drop(sim: kt.Simulation, body: int, **known: int) -> None:
-    """Let a body know this of contacts, and file it again, as a bug of the kernel or a stray write would."""
+    """Gives a body this data on contacts, and files it again, like a bug of the kernel or a stray write."""
     k = engine_of(sim).k
     entry = k.queue[body]
     for name, value in known.items():

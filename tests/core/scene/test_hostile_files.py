@@ -19,7 +19,7 @@ BODY = "[[bodies]]\nposition = [0.25, 0.5]\nradius = 0.125\n"
 
 @contextmanager
 def within(seconds: float) -> Iterator[None]:
-    """Fail if what is done in this context takes more processor time."""
+    """Fails if the work within this context takes more processor time."""
     before = time.process_time()
     yield
     assert time.process_time() - before < seconds
@@ -32,7 +32,7 @@ def message(text: str) -> str:
 
 
 def check_message(error: Exception) -> None:
-    """What is said is not long, and would do nothing to a terminal."""
+    """The message is not long, and would do nothing to a terminal."""
     lines = str(error).split("\n")
     assert all(line.isprintable() for line in lines)
     assert len(lines) <= 130

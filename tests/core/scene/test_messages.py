@@ -1,4 +1,4 @@
-"""What is no scene, and how its mistakes are reported: the rows of ``messages.toml``."""
+"""Invalid scenes, and the reports of their mistakes: the rows of ``messages.toml``."""
 
 from pathlib import Path
 

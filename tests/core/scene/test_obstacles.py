@@ -1,4 +1,4 @@
-"""Obstacles: polylines, their place after the bodies, files and what is refused."""
+"""Obstacles: polylines, their place after the bodies, files and refusals."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Kinds and responses of a scene: what is accepted, what is refused, and files."""
+"""Kinds and responses of a scene: accepted ones, refused ones, and files."""
 
 import math
 import pickle
@@ -68,7 +68,7 @@ def test_a_rule_that_some_bodies_can_have_is_accepted():
 
 @pytest.mark.parametrize(("name", "walls"), [("stop", "stop"), ("elastic", "elastic"), ("pass", "elastic")])
 def test_one_response_for_a_scene_left_its_walls_elastic(name, walls):
-    """A rule for every two kinds is still for bodies alone; what is written is read as the same scene."""
+    """A rule for every two kinds is still for bodies alone; a written scene is read as the same scene."""
     body, of_two = "[[bodies]]\nposition = [1.0, 1.0]\nradius = 0.5\n", [[name, name, walls]] * 2
     for beside in ('recipe = "grid"\n', f"arena = [4.0, 4.0]\n{body}"):
         one = loads_scene(f'{beside}[[responses]]\nresponse = "{name}"\n')

@@ -22,7 +22,7 @@ VALUES += ("responses", "meets", "shapes", "settings", "_ruled", "capacity")
 
 
 def everything(scene: kt.Scene) -> tuple[Any, ...]:
-    """Return all that a scene says, in a form in which -0.0 is not 0.0, 1 not 1.0, and NumPy's 1 not 1."""
+    """Returns all that a scene says, in a form in which -0.0 is not 0.0, 1 not 1.0, and NumPy's 1 not 1."""
     return (
         *(getattr(scene, name).tobytes() for name in ARRAYS),
         *(repr(getattr(scene, name)) for name in VALUES),
@@ -97,7 +97,7 @@ names = st.sampled_from(["elastic", "stop", "pass", LOSSY, ("restitution", {"e":
 
 @st.composite
 def _commands(draw: st.DrawFn, bodies: int, start: float, unit: float, kinds: list[Any]) -> list[Any]:
-    """Return commands that can be carried out, those of different ticks in any order."""
+    """Returns commands that can be carried out, commands of different ticks in any order."""
     ticks = st.tuples(st.integers(0, 3), st.sampled_from([0, 0, 1, TICKS - 1]), st.integers(0, 2))
     there, free, found = list(range(bodies)), bodies, []
     for key in sorted(draw(st.lists(ticks, max_size=6))):
@@ -124,7 +124,7 @@ def _commands(draw: st.DrawFn, bodies: int, start: float, unit: float, kinds: li
 
 @st.composite
 def _responses(draw: st.DrawFn, kinds: list[Any]) -> Any:
-    """Return what happens where these kinds meet, such that no two rules contradict each other."""
+    """Returns responses for these kinds, such that no two rules contradict each other."""
     one = st.sampled_from(kinds)
     pairs = draw(st.lists(st.tuples(one, one), max_size=4))
     pairs += draw(st.lists(st.sampled_from([("*", "*"), ("wall", "*"), ("*", kinds[0])]), max_size=3))

@@ -1,4 +1,4 @@
-"""Scenes made from arrays: what they keep, what they refuse, and how two compare."""
+"""Scenes made from arrays: their contents, their refusals, and the comparison of two."""
 
 import itertools
 import re

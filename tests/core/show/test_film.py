@@ -17,7 +17,7 @@ Image = pytest.importorskip("PIL.Image")
 
 SCENE = kt.Scene([(0.3, 0.5), (0.7, 0.25)], [(1.0, 0.0), (0.0, 0.0)], 0.1, arena=(1.0, 1.0))
 SMALL = {"seconds": 0.2, "width": 124}
-"""Five frames, in which the arena is 100 pixels wide, 12 from the left and the top."""
+"""Five frames with an arena 100 pixels wide, 12 from the left and the top."""
 
 COMMAND = "view two-discs --until 0.2 --seconds 0.2 --width 124"
 DISC, PAPER = (tuple(bytes.fromhex(colour[1:])) for colour in (LIGHT.disc, LIGHT.back))

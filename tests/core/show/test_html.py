@@ -173,8 +173,8 @@ def test_what_was_observed_had_no_display():
 @pytest.mark.parametrize(
     ("bodies", "text", "pictures"),
     [
-        (html.MOST_STRUCTURE + 1, "Without the structure: it is drawn here of up to 250 bodies.", 1),
-        (html.MOST_BODIES + 1, "No picture: of more than 2,000 bodies none is drawn here.", 0),
+        (html.MOST_STRUCTURE + 1, "Without the structure: it is drawn here for up to 250 bodies.", 1),
+        (html.MOST_BODIES + 1, "No picture: more than 2,000 bodies are not drawn here.", 0),
     ],
 )
 def test_of_many_bodies_less_is_drawn_and_that_is_said(bodies, text, pictures):

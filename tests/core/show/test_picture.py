@@ -81,7 +81,7 @@ def test_roles_choose_what_is_shown():
     shown = take_picture(simulation(), ["pair"])
     assert {shape.role for shape in shown.shapes} == {"pair"}
     assert shown.next is None
-    with pytest.raises(ValueError, match="'tiles' is no role; expected some of bound, tile"):
+    with pytest.raises(ValueError, match="'tiles' is not a role; expected some of bound, tile"):
         take_picture(simulation(), ["tiles"])
 
 

@@ -1,4 +1,4 @@
-"""What ``prepare`` can know of reaches is what they are at the start, with walls and without."""
+"""``prepare`` can use the reaches at the start, with walls and without."""
 
 from dataclasses import replace
 

@@ -19,7 +19,7 @@ FAULTS = {
 
 
 def answer(line, order, place, fault):
-    """Return the candidate pairs of a moment, and bring up to date the order of the bodies and their
+    """Returns the candidate pairs of a moment, and updates the order of the bodies and their
     boxes."""
     if "moment" not in line:
         return {"refused": "it answers moments only"}

@@ -137,7 +137,7 @@ def test_an_event_file_of_another_answer_is_refused(tmp_path, monkeypatch, answe
     monkeypatch.undo()
     assert read_events(path).metadata["answer"] == answer
     found = kinetile("certify-log", "cradle", path, code=2)
-    assert f"is of answer {answer}, and what is checked here is answer {kt.ANSWER}" in found.stderr
+    assert f"is of answer {answer}, and this check is of answer {kt.ANSWER}" in found.stderr
 
 
 WITHOUT = """

@@ -1,4 +1,4 @@
-"""What the instruments of accuracy refuse: the rows of ``messages.toml``."""
+"""The refusals of the instruments of accuracy: the rows of ``messages.toml``."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def turned_by_hand() -> kt.Simulation:
 
 
 def not_run(certify, sim, **end) -> None:
-    """Certify what cannot be certified: nothing is run in vain."""
+    """Certifies what cannot be certified: nothing is run in vain."""
     before = sim.exact_time
     try:
         certify(sim, **end)

@@ -202,7 +202,7 @@ def test_a_file_that_is_no_study_s_is_refused_and_never_overwritten(tmp_path):
     before = text.read_bytes(), other.read_bytes(), one.read_bytes()
     for path in (text, other, folder, one, text / "below"):
         study = Study(TABLES, path)
-        # Below a file there is none, and so there are no rows.
+        # Nothing is below a file, so there are no rows.
         for use in (study.run, study.rows if path.exists() else study.run):
             with pytest.raises(RecordError, match="expected a file with rows of a study"):
                 use()
@@ -218,7 +218,7 @@ def sealed(content):
 
 
 OTHER_DIGEST = "is not what was written: it has another digest"
-NO_ROW = "is none that a task writes"
+NO_ROW = "is not a row of a task"
 DAMAGES = [
     ("PRAGMA user_version = 1", r"format 1, and this .* format 2: run the study again, with a new file"),
     ("UPDATE rows SET content = substr(content, 9)", OTHER_DIGEST),
@@ -239,7 +239,7 @@ DAMAGES = [
         "it has other tables",
     ),
 ]
-"""Statements that damage a file of rows, and what is said of it."""
+"""Statements that damage a file of rows, and the messages."""
 
 
 @pytest.mark.parametrize(("damage", "said"), DAMAGES, ids=range(len(DAMAGES)))

@@ -142,7 +142,7 @@ def test_where_nothing_collides_any_phase_will_do(position):
 
 
 def test_a_cost_out_of_proportion_is_told_beside_that_of_cells():
-    """The author of a quadtree with 5.7 times the events of cells was told that it is slow, and not why."""
+    """The author of a quadtree with 5.7 times the events of cells read that it is slow, and not why."""
     usual = {"cpu_seconds": 1.0, "contacts_per_cpu_second": 1e6, "contacts": 9, "structure_bytes": 1000}
     usual |= {"structural_per_contact": 0.5, "asked_per_contact": 20.0, "computed_per_contact": 0.9}
     rows = Candidate("tree", **usual | {"structural_per_contact": 2.85}), Candidate("cells", **usual)

@@ -1,4 +1,4 @@
-"""The audit notices what it is there for: a state that is broken by hand, and the sentence about it."""
+"""The audit finds its faults: a state that is broken by hand, and the sentence about it."""
 
 import numpy as np
 import pytest

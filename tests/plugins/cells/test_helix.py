@@ -17,7 +17,7 @@ AHEAD = [(-1, 0), (1, 0), (0, -1), (0, 1)]
 
 
 def part_of_a_table(columns: int, rows: int, first: int) -> np.recarray:
-    """Return a level of a table, whose first cell has a number."""
+    """Returns a level of a table, whose first cell has a number."""
     level = np.zeros(1, LEVEL).view(np.recarray)
     level.columns, level.cells, level.first = columns, columns * rows, first
     return level
@@ -45,7 +45,7 @@ def test_a_step_in_the_plane_is_a_step_in_the_table(columns, rows, first, x, y):
 @pytest.mark.parametrize("arena", [True, False])
 @pytest.mark.parametrize("crowded", [False, True])
 def test_who_is_at_home_around_each_place_of_the_table(arena, crowded):
-    """Of the whole table, its ends and its middle: with blocks alone, and with lists."""
+    """The ends and the middle of the whole table: with blocks alone, and with lists."""
     scene = kt.make_scene("grid", bodies=100, density=0.25, seed=4)
     options = {"side": 0.4 if crowded else 0.12}
     sim = kt.Simulation(scene if arena else in_the_open(scene, (-0.3, 7.0)), "cells", options=options)

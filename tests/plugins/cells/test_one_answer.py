@@ -40,7 +40,7 @@ def test_with_an_audit_at_every_contact(name):
 def assert_naives(
     scene: kt.Scene, contacts: int = 300, until: float = 20.0, **options: float
 ) -> kt.Simulation:
-    """Assert that cells leave behind what naive does, and that their structure holds meanwhile."""
+    """Asserts that cells leave behind what naive does, and that their structure holds meanwhile."""
     _, wanted = outcome(scene, "naive", {}, until, contacts)
     sim, found = outcome(scene, "cells", options, until, contacts)
     assert found == wanted

@@ -1,4 +1,4 @@
-"""How wide cells are, how many there are, and what the option ``side`` may be."""
+"""The width and the number of cells, and the values of the option ``side``."""
 
 import math
 
@@ -50,7 +50,7 @@ def test_small_bodies_that_crowd_get_a_level_of_their_own_and_few_do_not():
     arena=st.booleans(),
 )
 def test_any_sizes_get_cells_that_are_wide_enough_and_not_too_many(radius, spread, narrow, arena):
-    """The scene's bodies may overlap here: what is laid out is sizes and places."""
+    """The scene's bodies may overlap here: only sizes and places are laid out."""
     n = len(radius)
     scene = kt.Scene.__new__(kt.Scene)
     place = np.column_stack([np.linspace(0.0, spread, n), np.zeros(n)])

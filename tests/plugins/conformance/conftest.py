@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture
 def load_mutant(tmp_path: Path) -> Iterator[Callable[[str], object]]:
-    """Load mutants by their names for one test."""
+    """Loads mutants by their names for one test."""
     import mutants
 
     with ExitStack() as stack:

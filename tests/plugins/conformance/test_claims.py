@@ -29,7 +29,7 @@ def the_first_two(k: Kernel, s: NoState, body: int) -> int:
 
 
 def phase(right, skin=None):
-    """Return a phase that is right for the scenes, and the hash of a string, of which a function says so."""
+    """Returns a phase that is right for the scenes, and the hash of a string; a function claims it."""
 
     class Chosen:
         def __init__(self, hashed: int = 0) -> None:

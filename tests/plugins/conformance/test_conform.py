@@ -69,7 +69,7 @@ def test_a_folder_for_which_there_is_nothing_is_left_as_it_was(folder, tmp_path)
 
 
 def pretending(monkeypatch, *results: Result, error: type[BaseException] | None = None) -> None:
-    """Put a judge in place of the kit's that comes to these results, and is perhaps interrupted then."""
+    """Puts a judge in place of the kit's that comes to these results, and is perhaps interrupted then."""
 
     def judge(name, *, on_result, **more):
         for result in results:

@@ -16,7 +16,7 @@ ENFORCED = tomllib.loads(
 
 
 def section(page: str, heading: str) -> str:
-    """Return what stands under a heading of a page, up to the next."""
+    """Returns the text under a heading of a page, up to the next."""
     text = (DOCS / page).read_text(encoding="utf-8")
     return re.split(r"^## ", text.partition(f"\n## {heading}\n")[2], flags=re.MULTILINE)[0]
 

@@ -44,7 +44,7 @@ SEEN = (
 
 
 def meeting() -> Scene:
-    """Return a column of three, each touching the next, of which one stands still."""
+    """Returns a column of three, each touching the next; one of them stands still."""
     velocity = [[0.0, 0.5], [0.0, -0.5], [0.0, 0.0]]
     return Scene([[0.5, 0.5], [0.5, 1.5], [0.5, 2.5]], velocity, 0.5, settings=Settings(until=1.0))
 
@@ -67,7 +67,7 @@ def test_a_failure_ends_with_what_authors_usually_did_wrong(row, label, check, s
 
 @pytest.mark.interpreted
 def test_truncation_for_floor_is_named(load_mutant):
-    """Among six drawn scenes there is none that shows it, so it is run on one that does."""
+    """None of six drawn scenes shows it, so it is run on a scene that does."""
     label, check = "cells-truncates-where-it-should-round-down", "same-contacts-after-a-change-of-view"
     load_mutant(label)
     run = CheckRun(check_named(check), Subject(label, {}))
@@ -86,7 +86,7 @@ BLOCK = re.compile(r"^<!-- file: \S+/phase.py -->\n```python\n(.*?)```$", re.DOT
 
 @contextmanager
 def grid_with(error, folder):
-    """Register the grid of the page with an error; yield its row."""
+    """Registers the grid of the page with an error; yields its row."""
     row, text = BEGINNERS[error], "\n\n".join(BLOCK.findall(PAGE.read_text(encoding="utf-8")))
     for old, new in row["edits"]:
         assert text.count(old) == 1, old
@@ -120,7 +120,7 @@ ON_FEW = {
     "a-hook-moves-a-body": ("writes-only-where-it-may", "same-contacts-in-a-swarm"),
     "repair-names-nobody": ("its-structure-is-true", "its-features-are-known"),
 }
-"""The checks of which the first fails on few small scenes, if there is one: else nothing is judged."""
+"""The checks; the first fails on few small scenes, if there is one: else nothing is judged."""
 
 
 @pytest.mark.skipif(NOTHING_IS_COMPILED, reason="nothing is compiled")

@@ -15,7 +15,7 @@ PLENTY = 60.0
 
 
 def with_velocities(wanted: set[tuple[float, float]]):
-    """Return a ``fails`` that asks for bodies by their velocities, and the scenes that it was asked about."""
+    """Returns a ``fails`` that finds bodies by their velocities, and the scenes of its calls."""
     asked: list[Scene] = []
 
     def fails(scene: Scene) -> bool:

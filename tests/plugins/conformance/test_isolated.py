@@ -146,7 +146,7 @@ def test_a_child_that_sends_nothing_hung_the_judge(
 
 
 def compiled(name: str, *kinds: tuple[object, object]) -> None:
-    """Compile a phase's loops for scenes with these arenas and masses, so that a child need not."""
+    """Compiles a phase's loops for scenes with these arenas and masses, so that a child need not."""
     for arena, mass in kinds:
         still = kt.Scene([[1.0, 1.0], [2.0, 2.0]], np.zeros((2, 2)), 0.25, mass, arena)  # type: ignore[arg-type]
         kt.Simulation(still, name, turning=True).compile()
@@ -296,7 +296,7 @@ def test_a_failure_that_was_seen_is_not_lost(
 
 @pytest.fixture
 def installed(tmp_path: Path) -> list[str]:
-    """Make the hostile phases known as a distribution; return what PYTHONPATH must have."""
+    """Makes the hostile phases known as a distribution; returns what PYTHONPATH must have."""
     write_metadata(tmp_path, "kinetile-hostile", "0.3", {"kinetile": {"hostile": "hostile_phases"}})
     return [str(tmp_path), str(Path(str(hostile_phases.__file__)).parent)]
 

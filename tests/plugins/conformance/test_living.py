@@ -1,4 +1,4 @@
-"""Living scenes: what a state machine plays is a scene that any phase runs; failures lose commands."""
+"""Living scenes: the play of a state machine is a scene that any phase runs; failures lose commands."""
 
 from itertools import islice
 

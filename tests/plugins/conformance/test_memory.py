@@ -1,4 +1,4 @@
-"""Checks of memory: each trespass is named with hook and field, and what is allowed passes."""
+"""Checks of memory: each trespass is named with hook and field, and allowed access passes."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What the kit cannot judge: the rows of ``messages.toml``."""
+"""Phases that the kit cannot judge: the rows of ``messages.toml``."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Narrow phases of others under the kit: what they may depend on is put to the test, in every interface."""
+"""Narrow phases of others under the kit: their permitted dependences are tested, in every interface."""
 
 import re
 

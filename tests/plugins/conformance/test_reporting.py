@@ -1,4 +1,4 @@
-"""What a report says, and the exit code that follows from it."""
+"""The text of a report, and the exit code that follows from it."""
 
 import html
 import json
@@ -79,7 +79,7 @@ def test_it_advises_to_begin_with_the_fewest_bodies_or_the_phases_own_audit():
     assert "begin with can-be-drawn: kinetile replay demo x.toml" in str(report(FAILED, SMALLER))
     own = replace(FAILED, said="at time 0.5: the phase's own audit: body 3 is in no cell")
     found = report(SMALLER, own)
-    assert found.failed == (own, SMALLER)  # what the author's own words say comes before fewer bodies
+    assert found.failed == (own, SMALLER)  # the author's own words come before fewer bodies
     assert f"begin with {own.check}: " in str(found)
     assert "begin with" not in str(report(PASSED, SKIPPED))
 

@@ -57,7 +57,7 @@ BACK = {
     "moves": lambda k, a, b: 1.0,
     "parts_what_falls_by_a_fixed_speed": lambda k, a, b: 1.0,
 }
-"""How fast two go apart, by the speed at which they met: what a hook is not to read, it reads here."""
+"""The parting speed of two bodies, by their closing speed: this hook reads a forbidden value."""
 
 
 class Trial:
@@ -129,7 +129,7 @@ def test_a_wall_sees_the_energy_of_an_immovable_body():
 @pytest.mark.small
 @pytest.mark.parametrize("response", [SETTLES, kt.Response("elastic")], ids=lambda each: each.name)
 def test_a_response_all_of_whose_checks_are_skipped_is_not_judged(response):
-    """It was said to conform: these scenes have no accelerations, by which something could settle."""
+    """It was said to conform: these scenes have no accelerations that could make a body settle."""
     report = judged(response)
     assert (report.exit_code, report.conforms) == (4, None)
     assert " is not judged: all checks of the response were skipped: " in report.foot

@@ -1,4 +1,4 @@
-"""The judge: time limits, failures that do not always come back, saved cases, what is no fault."""
+"""The judge: time limits, failures that do not always come back, saved cases, phases without a fault."""
 
 import itertools
 import math

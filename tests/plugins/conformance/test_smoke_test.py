@@ -36,7 +36,7 @@ def kinetile_broad_phases():
 
 
 def installed(folder: Path, body: str) -> list[str]:
-    """Write a phase of this body as a distribution; return what PYTHONPATH must have."""
+    """Writes a phase of this body as a distribution; returns what PYTHONPATH must have."""
     (folder / "faulty_phase.py").write_text(f"{HEAD}    {body}\n{TAIL}", encoding="utf-8")
     (folder / "faulty_plugin.py").write_text(
         "import kinetile as kt\n\n\n@kt.hookimpl\ndef kinetile_broad_phases():\n"
@@ -53,7 +53,7 @@ SAID = [
     ("return helper(k)", r"helper is a plain function, .*toolbox\.hook \(.*faulty_phase\.py, line 6\)"),
     ("k.near[: len(k.bodies)] = range(len(k.bodies)); return eval('len(k.bodies)')", r"eval.* line 13\)"),
 ]
-"""The body of ``near``, and what is said: without compiling, but of the last, which is right as Python."""
+"""The body of ``near``, and the message: without compiling, but for the last, which is right as Python."""
 
 
 @pytest.mark.parametrize(("body", "said"), first(2, SAID))

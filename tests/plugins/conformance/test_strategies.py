@@ -1,4 +1,4 @@
-"""Swarms, marathons and lattices find what six bodies do not show; and what is right passes them."""
+"""Swarms, marathons and lattices find what six bodies do not show; and right phases pass them."""
 
 import importlib
 import itertools
@@ -58,7 +58,7 @@ def test_a_marathon_is_so_slow_that_the_base_of_the_clock_moves():
 
 
 def some(kinds: Iterable[str], count: int) -> list[Scene]:
-    """Return swarms by their numbers, as the kit does; Hypothesis would mix in constants of the sources."""
+    """Returns swarms by their numbers, as the kit does; Hypothesis would mix in constants of the sources."""
     numbers = np.random.default_rng(0).integers(0, 2**24, count)
     return [swarm_numbered(kinds, int(number)) for number in numbers]
 

@@ -8,7 +8,7 @@ import kinetile as kt
 
 PAIRS, WALLS = 1.35906852, 2.12674818
 """Contacts a unit of time of two discs of radius 0.15 in the unit box, at a mean square of speeds of 1: of
-the pair, and of each disc with walls. They follow from the volume and the surface of what is not overlap."""
+the pair, and of each disc with walls. They follow from the volume and the surface without overlap."""
 
 
 def two_discs() -> kt.Scene:
@@ -30,7 +30,7 @@ def agree(one, other, exactly: float | None = None) -> bool:
 
 
 def exact_pressure() -> float:
-    """Return P of the two discs: kT = 1/2, and walls of length 4 each of whose contacts gives 2 |v_n|.
+    """Returns P of the two discs: kT = 1/2, and walls of length 4; each of their contacts gives 2 |v_n|.
 
     The mean of v_n weighted by flux is <v_n^2>/<|v_n|>, with v_n a coordinate of a sphere in 4 dimensions.
     """
@@ -72,7 +72,7 @@ def test_impulses_are_right_to_the_last_contact():
     (found,) = sim.observed.values()
     force = 2.0 * 3.0 / 1.5  # on both walls together
     assert [found[f"P_{wall}"].mean for wall in ("left", "right")] == pytest.approx([force / 2.0] * 2)
-    assert "P_walls" not in found  # the mean of walls with different loads, such as that of an empty half
+    assert "P_walls" not in found  # the mean of walls with different loads, such as an empty half's
     assert found["P_bottom"].mean == 0.0
     assert found["P"].mean == pytest.approx((1.5 + force * 0.25 / 2.0) / 2.0)
 

@@ -1,4 +1,4 @@
-"""What is observed in a run that is stopped, saved and resumed: the same estimates, bit for bit."""
+"""Observables of a run that is stopped, saved and resumed: the same estimates, bit for bit."""
 
 import pickle
 from collections.abc import Callable
@@ -59,7 +59,7 @@ SCENES: dict[str, tuple[Callable[[], kt.Scene], list[str]]] = {
 
 
 def by_contacts(many: int) -> Stops:
-    """Stops between two contacts, also those of one tick."""
+    """Stops between two contacts, also at one tick."""
 
     def run(sim, observe):
         sim.run(END, max_contacts=many, observe=observe)
@@ -219,7 +219,7 @@ def test_the_command_resumes_what_it_observed(tmp_path):
         resumed = printed(f"resume {file} {options} --broad-phase sap-1d")
     assert repr(resumed["observed"]) == repr(expected)
     other = kinetile(f"resume {file} --until 3 --observe energy --observe-to {tmp_path}/out.csv")
-    assert "energy is observed from time 2 on, and nothing of before" in other.stderr
+    assert "energy is observed from time 2 on, not before" in other.stderr
     assert (tmp_path / "out.csv").read_text().splitlines()[1].startswith("energy,E,")
 
 

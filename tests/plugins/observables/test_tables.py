@@ -22,7 +22,7 @@ FLUID = {0.2: 1.411834, 0.3: 1.723373, 0.4: 2.151444, 0.5: 2.760124, 0.6: 3.6636
 
 
 def compressibility(bodies: int, density: float, warm: float, time: float) -> Estimate:
-    """Return P A / (N kT) of discs of diameter 1 in a square periodic box."""
+    """Returns P A / (N kT) of discs of diameter 1 in a square periodic box."""
     scene = kt.make_scene("mixture", bodies=bodies, density=density, radii=(0.5,), periodic="xy")
     sim = kt.Simulation(scene, "cells", keep_contacts=False)
     sim.run(warm)

@@ -1,4 +1,4 @@
-"""``power``: the contacts of the reference, a structure that is true between events, and what is refused."""
+"""``power``: the contacts of the reference, a structure that is true between events, and refusals."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_a_scene_of_any_size(size):
 
 def test_a_row_of_small_discs_at_a_wall_stalled():
     """An edge that failed at the end of a tick was watched again at that tick, without end: its sites were
-    rounded once more than those of its certificate."""
+    rounded once more than its certificate's."""
     places = [(0.9996, y) for y in (0.4557, 0.4563, 0.457, 0.4576)]
     speeds = [(0.3173, 1.0581), (0.0, 0.0), (-0.8908, -0.5851), (0.0, 0.0)]
     same(kt.Scene(places, speeds, 2.0**-12, arena=(1.0, 1.0)), 0.002)

@@ -16,7 +16,7 @@ ANGLES = st.floats(-(2.0**16), 2.0**16) | st.integers(-40000, 40000).map(lambda 
 
 
 def exact(name: str, value: float) -> Fraction:
-    """Return the middle of a ball of 300 bits that holds the function's value."""
+    """Returns the middle of a ball of 300 bits that holds the function's value."""
     flint.ctx.prec = 300
     mantissa, exponent = getattr(flint.arb(value), name)().mid().man_exp()
     return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)

@@ -1,4 +1,4 @@
-"""Mixtures, crystals and starts at a temperature: what they promise, and what they refuse."""
+"""Mixtures, crystals and starts at a temperature: their promises, and their refusals."""
 
 import math
 from typing import Any

@@ -31,7 +31,7 @@ def bits(*words: str, **environment: str) -> Any:
 
 
 def dispatched() -> list[str]:
-    """Return the processor's features, beyond those that it must have, that NumPy's functions use here."""
+    """Returns the processor's features, beyond those that it must have, that NumPy's functions use here."""
     core: Any = getattr(np, "_core", None) or np.core  # named so before NumPy 2
     inner = core._multiarray_umath
     return [each for each in inner.__cpu_dispatch__ if inner.__cpu_features__.get(each)]

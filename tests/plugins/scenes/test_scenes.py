@@ -1,4 +1,4 @@
-"""The built-in recipes: scenes by name, and what they refuse; ``test_same_bits.py`` holds what they make."""
+"""The built-in recipes: scenes by name, and refusals; ``test_same_bits.py`` holds their bits."""
 
 import math
 from contextlib import suppress

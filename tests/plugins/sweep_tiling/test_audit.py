@@ -1,4 +1,4 @@
-"""The audit notices what it is there for: a state that is broken by hand, and the sentence about it."""
+"""The audit finds its faults: a state that is broken by hand, and the sentence about it."""
 
 import re
 
@@ -60,7 +60,7 @@ def move(body: int, x: float, y: float):
 
 
 def close_to_a_ring(steps: Steps) -> None:
-    """Cut bodies 1 and 2 and the tile between them out of the row over body 0: all links and ends agree, but
+    """Cuts bodies 1 and 2 and the tile between them out of the row over body 0: all links and ends agree, but
     nothing leads there."""
     web = steps.state.web
     before, after = int(web[port(1, "L", OUTER)]), int(web[port(2, "R", OUTER)])

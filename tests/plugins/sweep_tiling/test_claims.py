@@ -1,4 +1,4 @@
-"""What the thesis claims of sweep-tiling (sections 4 and 4.4), as tests."""
+"""The thesis's claims on sweep-tiling (sections 4 and 4.4), as tests."""
 
 from collections import Counter
 
@@ -26,7 +26,7 @@ def ends(steps: Steps) -> Counter[tuple[int, int]]:
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", first(2, [*SCENES]))
 def test_one_tile_is_destroyed_and_one_is_made_at_each_event(name):
-    """So there are 3n + 1 always. What is one tile and what another is told by top and bottom."""
+    """So there are 3n + 1 always. Top and bottom distinguish the tiles."""
     steps = Steps(SCENES[name]())
     n = len(steps.state.level)
     before = ends(steps)
@@ -59,7 +59,7 @@ def test_its_pairs_are_among_those_of_sap_1d_at_every_contact(name):
 
 @pytest.mark.compiled
 def test_at_most_3n_minus_6_pairs_and_it_comes_near():
-    """Of a dense scene's bodies nearly as many see each other as can: walls cost some."""
+    """In a dense scene nearly as many bodies see each other as can: walls cost some."""
     scene = kt.make_scene("grid", bodies=400, density=0.5, seed=1)
     sim = kt.Simulation(scene, "sweep-tiling", narrow_phases=SHARED)
     sim.run(until=0.2)

@@ -22,7 +22,7 @@ BOXES = kt.Scene(POSITION, VELOCITY, shape=kt.box(0.2, 0.1), arena=(1.0, 1.0))
 
 
 def others_named(scene: kt.Scene, narrow: tuple[str, ...] | None = None) -> None:
-    """Run a scene that sweep-tiling refuses: all phases that take it are named."""
+    """Runs a scene that sweep-tiling refuses: all phases that take it are named."""
     with pytest.raises(Refused) as caught:
         kt.Simulation(scene, "sweep-tiling", narrow_phases=narrow)
     for name in GENERAL:

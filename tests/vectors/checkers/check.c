@@ -1,5 +1,5 @@
 /* Checks a time of impact against the vectors: cc -O2 -o check check.c -lm && ./check [--exact] discs.txt
-   Put your engine's call into time_of_impact; README.md has the file and what counts as wrong. */
+   Put your engine's call into time_of_impact; README.md describes the file and the errors. */
 
 #include <math.h>
 #include <stdio.h>

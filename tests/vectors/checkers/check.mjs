@@ -1,6 +1,6 @@
 // Checks a time of impact against the vectors: node check.mjs [--exact] [FILE ...]
-// Put your engine's call in the place of timeOfImpact: it has the parameters of the one imported here.
-// README.md has the files and what counts as wrong.
+// Put your engine's call in place of timeOfImpact: it has the parameters of the imported one.
+// README.md describes the files and the errors.
 
 import { readdirSync, readFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
@@ -17,7 +17,7 @@ function double(text) {
   return minus ? -value : value;
 }
 
-/** A body, from the rows of discs ([x, y, vx, vy, radius, anchor]) and of shapes ([core, radius, plan]). */
+/** A body from the rows of discs ([x, y, vx, vy, radius, anchor]) and of shapes ([core, radius, plan]). */
 function body(row) {
   const [core, radius, plan] = row.length === 3 ? row : [[["0x0p+0", "0x0p+0"]], row[4], [...row.slice(0, 4), row[5]]];
   const [x, y, vx, vy] = plan.slice(0, 4).map(double);

@@ -1,7 +1,7 @@
 """Checks a time of impact against the vectors: python check.py [--exact] [FILE ...]
 
-Put your engine's call in the place of ``time_of_impact``: it has the parameters of the one imported here.
-README.md has the files and what counts as wrong.
+Put your engine's call in place of ``time_of_impact``: it has the parameters of the imported one.
+README.md describes the files and the errors.
 """
 
 import json
@@ -17,7 +17,7 @@ KINDS = ("right", "hits missed", "misses hit", "ticks wrong")
 
 
 def body(row):
-    """Return a body of the rows of discs, x y vx vy radius anchor, or of shapes: core, radius, plan."""
+    """Returns a body of the rows of discs, x y vx vy radius anchor, or of shapes: core, radius, plan."""
     core, radius, plan = row if len(row) == 3 else ([["0x0p+0"] * 2], row[4], [*row[:4], row[5]])
     x, y, vx, vy = map(float.fromhex, plan[:4])
     corners = [tuple(map(float.fromhex, corner)) for corner in core]
@@ -25,7 +25,7 @@ def body(row):
 
 
 def questions(path):
-    """Yield grade, e, the two bodies, and the tick or None, of a file."""
+    """Yields grade, e, the two bodies, and the tick or None, of a file."""
     if path.suffix == ".txt":
         for line in path.read_text().splitlines():
             grade, _, e, tick, *words = line.split()

@@ -1,5 +1,5 @@
 // Checks a time of impact against the vectors: rustc -O --edition 2021 check.rs && ./check [--exact] discs.txt
-// Put your engine's call into time_of_impact; README.md has the file and what counts as wrong.
+// Put your engine's call into time_of_impact; README.md describes the file and the errors.
 
 use std::{env, fs, process::exit};
 

@@ -1,10 +1,10 @@
 // The tick of contact of two discs or convex shapes, exactly: rules 5 and 5s of kinetile's specification.
 
 /**
- * When a and b begin to touch, in ticks of 2^-(52 + e), as a BigInt or a Number, or null. A body has the corners of
- * its core (a disc: its centre), its radius, its place at [x, y], its velocity, and the tick at which it is there.
+ * The tick of contact of a and b, in ticks of 2^-(52 + e), as a BigInt or a Number, or null. A body has its core's
+ * corners (a disc: its centre), its radius, its place at [x, y], its velocity, and the tick of its place.
  *
- * This one is exact: lengths, and what is flown in a tick, are whole numbers of one size.
+ * This one is exact: lengths, and the way in a tick, are whole numbers of one size.
  */
 export function timeOfImpact(e, a, b) {
   const [extentA, extentB] = [a, b].map(({ core, radius }) => radius + Math.max(...core.flat().map(Math.abs)));
@@ -17,9 +17,9 @@ export function timeOfImpact(e, a, b) {
   const pace = (body) => body.v.map((z) => scaled(z, size - 52 - e));
   const here = (body) => body.at.map((z, i) => whole(z) + pace(body)[i] * (since - body.anchor));
   const [d, v] = [less(here(b), here(a)), less(pace(b), pace(a))];
-  // b's place, seen from a's, meets the hull of all differences of corners, grown by r
+  // b's place, relative to a's, meets the hull of all differences of corners, grown by r
   const corners = hull(a.core.flatMap((p) => b.core.map((q) => less(p.map(whole), q.map(whole)))));
-  // d is sought among whole n: each condition holds in one run of them, and n is the first of all
+  // among whole n each condition on d holds in one run, and the first n in all runs is sought
   const ways = corners.map((p, i) => less(corners[(i + 1) % corners.length], p));
   const faces = [];
   for (const [k, p] of corners.length > 1 ? corners.entries() : []) {
@@ -28,7 +28,7 @@ export function timeOfImpact(e, a, b) {
     faces.push({ g: dot(n, at), w: dot(n, v), u: dot(way, at), z: dot(way, v), tt: dot(way, way) });
   }
   const inside = faces.length > 2 ? both(...faces.map(({ g, w }) => below(g, w))) : EMPTY;
-  const near = (r) => { // where b's place comes nearer than r to a face or a corner, and to a corner by falling
+  const near = (r) => { // the n when b's place comes nearer than r to a face, or, by falling, to a corner
     const ticks = 0n < inside[0] && inside[0] <= inside[1] ? [inside[0] - 1n] : [];
     for (const { g, w, u, z, tt } of faces) {
       const over = [below(-1n - g, -w), below(-1n - u, -z), below(u - tt - 1n, z)];
@@ -44,7 +44,7 @@ export function timeOfImpact(e, a, b) {
     return ticks;
   };
   let ticks = [];
-  if (a.radius + b.radius > 0) { // of what is straight, what comes nearer than the strip leaves does so before it parts
+  if (a.radius + b.radius > 0) { // on a straight path, an approach to within `inner` is before the parting
     if (!faces.length || inner <= 0 || near(whole(inner)).length) ticks = near(whole(a.radius) + whole(b.radius));
   } else {
     const [width, depth] = [whole(strip), ({ g, tt }) => signedSquare(g) * (product / tt)];
@@ -74,7 +74,7 @@ function below(c, b) {
 /** The first and the last n, from 0 on, with c + 2 b n + a n^2 < 0. */
 function discBelow(c, b, a) {
   const m = b * b - a * c;
-  if (a === 0n || m <= 0n) return EMPTY; // what rests does not fall, either
+  if (a === 0n || m <= 0n) return EMPTY; // a body at rest does not fall, either
   const root = rootAbove(m);
   return [largest(floorDivide(-b - root, a) + 1n, 0n), -floorDivide(b - root, a) - 1n];
 }
@@ -82,7 +82,7 @@ function discBelow(c, b, a) {
 const largest = (a, b) => (a > b ? a : b);
 const both = (...runs) => runs.reduce(([a, b], [c, d]) => [largest(a, c), b < d ? b : d]);
 
-/** [n], n + 1 being the first in all runs; [] if there is none. */
+/** [n], n + 1 being the first in all runs; [] without one. */
 function first(...runs) {
   const [low, high] = both([1n, FAR], ...runs);
   return low <= high ? [low - 1n] : [];
@@ -121,7 +121,7 @@ function split(double) {
   return [double < 0 ? -size : size, Math.max(power >> 4, 1) - 1075];
 }
 
-/** How many binary places a double has at most. */
+/** The most binary places of a double. */
 function places(double) {
   return double ? -split(double)[1] : 0;
 }

@@ -6,10 +6,10 @@ from math import isqrt
 
 
 def time_of_impact(e, a, b):
-    """Return when a and b begin to touch, in ticks of 2^-(52 + e), or None. A body has the corners of its
-    core (a disc: its centre), its radius, its place, its velocity, and the tick at which it is there.
+    """Returns the tick of contact of a and b, in ticks of 2^-(52 + e), or None. A body has its
+    core's corners (a disc: its centre), its radius, its place, its velocity, and the tick of its place.
 
-    This one is exact: lengths, and what is flown in a tick, are whole numbers of one size.
+    This one is exact: lengths, and the way in a tick, are whole numbers of one size.
     """
     (core_a, ra, at_a, va, anchor_a), (core_b, rb, at_b, vb, anchor_b) = a, b
     extents = (r + max(map(abs, chain(*core))) for core, r in ((core_a, ra), (core_b, rb)))
@@ -29,9 +29,9 @@ def time_of_impact(e, a, b):
     here = zip(at_a, pace_a, at_b, pace_b, strict=True)
     d = [whole(y) + w * (since - anchor_b) - whole(x) - v * (since - anchor_a) for x, v, y, w in here]
     v = [w - v for v, w in zip(pace_a, pace_b, strict=True)]
-    # b's place, seen from a's, meets the hull of all differences of corners, grown by r
+    # b's place, relative to a's, meets the hull of all differences of corners, grown by r
     corners = hull({(whole(x) - whole(p), whole(y) - whole(q)) for x, y in core_a for p, q in core_b})
-    # d is sought among whole n: each condition holds in one run of them, and n is the first of all
+    # among whole n each condition on d holds in one run, and the first n in all runs is sought
     ways = list(map(less, corners[1:] + corners[:1], corners))
     faces = []
     for corner, way in zip(corners, ways, strict=True) if len(corners) > 1 else ():
@@ -40,7 +40,7 @@ def time_of_impact(e, a, b):
     inside = both(*(below(g, w) for g, w, *_ in faces)) if len(faces) > 2 else EMPTY
 
     def near(r):
-        """Return where b's place comes nearer than r to a face or a corner, and to a corner by falling."""
+        """Returns the n at which b's place comes nearer than r to a face, or, by falling, to a corner."""
         ticks = [inside[0] - 1] if 0 < inside[0] <= inside[1] else []
         for g, w, u, z, tt in faces:
             over = [below(-1 - g, -w), below(-1 - u, -z), below(u - tt - 1, z)]
@@ -53,7 +53,7 @@ def time_of_impact(e, a, b):
             ticks += first(disc_below(c, b, a), below(2 * b - a, 2 * a), *beside)
         return ticks
 
-    if ra + rb:  # of what is straight, what comes nearer than the strip leaves does so before it parts
+    if ra + rb:  # on a straight path, an approach to within ``inner`` is before the parting
         ticks = near(whole(ra) + whole(rb)) if not faces or inner <= 0 or near(whole(inner)) else []
     else:
         width = whole(strip)
@@ -70,17 +70,17 @@ EMPTY = (1, 0)
 
 
 def below(c, b):
-    """Return the first and the last n, from 0 on, with c + b n < 0."""
+    """Returns the first and the last n, from 0 on, with c + b n < 0."""
     if b == 0:
         return (0, FAR) if c < 0 else EMPTY
     return (max(c // -b + 1, 0), FAR) if b < 0 else (0, (-c - 1) // b)
 
 
 def disc_below(c, b, a):
-    """Return the first and the last n, from 0 on, with c + 2 b n + a n^2 < 0."""
+    """Returns the first and the last n, from 0 on, with c + 2 b n + a n^2 < 0."""
     m = b * b - a * c
     if a == 0 or m <= 0:
-        return EMPTY  # what rests does not fall, either
+        return EMPTY  # a body at rest does not fall, either
     return max((-b - ceil_sqrt(m)) // a + 1, 0), -((b - ceil_sqrt(m)) // a) - 1
 
 
@@ -89,7 +89,7 @@ def both(*runs):
 
 
 def first(*runs):
-    """Return [n], n + 1 being the first in all runs; [] if there is none."""
+    """Returns [n], n + 1 being the first in all runs; [] without one."""
     low, high = both((1, FAR), *runs)
     return [low - 1] if low <= high else []
 
@@ -107,7 +107,7 @@ def ceil_sqrt(m):
 
 
 def hull(places):
-    """Return the corners of the hull, anticlockwise."""
+    """Returns the corners of the hull, anticlockwise."""
     corners = []
     for ordered in (sorted(places), sorted(places, reverse=True)):
         chain = []

@@ -1,9 +1,9 @@
-"""Page that is complete: style, script and recordings; it loads nothing from a network.
+"""A complete page: style, script and recordings; it loads nothing from a network.
 
-The script's files are modules. In the page they are one: imports and the word ``export`` are removed, and
-each follows those that it imports, so no two of them may use one name for two things. Columns are the bytes
-of numbers by significance, deflated, in base64: all first bytes, then all second bytes, and so on compress
-well. The browser's own ``DecompressionStream`` decodes them (``script/run/columns.mjs``).
+The script's files are modules. The page joins them: imports and the word ``export`` are removed, and each
+file follows the files that it imports, so no two of them may use one name for two things. The bytes of a
+column are ordered by significance, deflated, in base64: all first bytes, then all second bytes, and so on
+compress well. The browser's ``DecompressionStream`` decodes them (``script/run/columns.mjs``).
 """
 
 import base64
@@ -37,15 +37,15 @@ _SEEN = (
 )
 
 MODULES = (*(f"run/{name}" for name in _RUN), *(f"page/{name}" for name in _SEEN))
-"""The script's files, each after those that it imports: the run, then its display."""
+"""The script's files, each after the files that it imports: the run, then its display."""
 
 _SECONDS = 30.0
-"""The duration of a whole recording at first."""
+"""The initial duration of a whole recording."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """Contents of a page: recordings of one window of one scene, side by side, with ``notes`` at the head; it
+    """Contents of a page: recordings of one window of one scene, side by side, with ``notes`` at the head. It
     opens at the tick ``open_at`` (None: its beginning), with a body in ``select`` or None."""
 
     scene: Scene
@@ -63,9 +63,9 @@ class Page:
         length = (end - first.begin) / TICKS * scene.time_unit
         runs = [self._run(recording, at) for at, recording in enumerate(self.recordings)]
         bodies, kinds, shapes = range(len(first.plans.x)), kind_of_each(scene), scene.shape_of
-        # A command by hand may be the first that gives an acceleration.
+        # An interactive command may be the first that gives an acceleration.
         by_hand = (np.isfinite(each.rows["bx"][each.rows["b"] < 0]).any() for each in self.recordings)
-        # Of a scene whose kinds change a page has none: it would show those of the start.
+        # If kinds change, a page has no responses and no kinds: it would show the initial ones.
         responses = scene.meets if scene.responses and not scene.changing else []
         names = [] if scene.changing or scene.kinds == (0,) else [legible(str(each)) for each in scene.kinds]
         return {
@@ -97,7 +97,7 @@ class Page:
 
     @property
     def all_notes(self) -> list[str]:
-        """The page's own notes, and those of its recordings."""
+        """The notes of the page and of its recordings."""
         notes = [*self.notes]
         for recording in self.recordings:
             notes += [note for note in recording.notes if note not in notes]
@@ -121,7 +121,7 @@ class Page:
         return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _asset("page.html"))
 
     def _run(self, recording: Recording, at: int) -> dict[str, Any]:
-        """Returns one recording for the page; its rows are None if they are those of the first."""
+        """Returns one recording for the page; its rows are None if they equal the rows of the first."""
         first, steps = self.recordings[0], recording.stepped
         same = at > 0 and first.rows.tobytes() == recording.rows.tobytes()
         coded = structure = None
@@ -143,8 +143,8 @@ class Page:
 
 
 def script() -> str:
-    """Returns the script, modules as one, without comments and with half of its indentation: no text has two
-    slashes between blanks, and no line of a text is indented."""
+    """Returns the script: its modules as one, without comments and with half of the indentation. So no text
+    in it may have two slashes between blanks, and no line of a text may be indented."""
     lines = []
     for name in MODULES:
         for line in filter(None, _asset(f"script/{name}.mjs").splitlines()):
@@ -159,7 +159,7 @@ def _rows(recording: Recording, plans: PlayedPlans, scene: Scene) -> dict[str, A
     rows = recording.rows
     columns: dict[str, Any] = {"kind": kinds_of(rows)}
     for name in ("epoch", "tick"):
-        columns[name] = np.diff(rows[name].astype(np.float64), prepend=0.0)  # of whole numbers: exact
+        columns[name] = np.diff(rows[name].astype(np.float64), prepend=0.0)  # whole numbers: exact
     return columns | {"a": rows["a"], "b": rows["b"]} | residuals(plans, rows, scene)
 
 
@@ -171,7 +171,7 @@ def _box(scene: Scene, plans: PlayedPlans) -> Sequence[float]:
         return (-1.0, -1.0, 1.0, 1.0)
     x, y = plans.x[there], plans.y[there]
     left, right, down, up = [np.nan_to_num(plans.radius[there])] * 4
-    if scene.shapes:  # present are at first the bodies of the scene
+    if scene.shapes:  # at first, the bodies of the scene are present
         here = np.flatnonzero(there)
         left, right, down, up = np.array([shape.reaches for shape in scene.shapes])[scene.shape[here]].T
     box = (float((x - left).min()), float((y - down).min()), float((x + right).max()), float((y + up).max()))

@@ -1,16 +1,16 @@
-"""Recording of a run for a page: all rows of a window of time, and structural events where it was stepped.
+"""Recording of a run for a page: all rows of a window of time, and structural events if it was stepped.
 
-A run is made twice. The first time it runs freely, and its rows are recorded. The second time it is stepped
-event by event, which costs a hundred times as much, to record the structure between the rows; so only for
+A run is made twice. The first run is free, and its rows are recorded. The second run is stepped event by
+event, which costs a hundred times as much, to record the structure between the rows; so only for
 ``MOST_STEPS`` events.
 
 A page begins with the flight plans at the start of its window and continues from row to row, as a run does.
 Most of a row follows from the plans before it: a body is at the position of its plan, mostly to the last
-bit. So a page holds only the differences, as bits (exclusive or), and most are zero: the page
-is half as large. The same prediction is in ``script/run/rows.mjs``, operation by operation.
+bit. So a page holds only the differences, as bits (exclusive or), most of them zero: this halves the page.
+The same prediction is in ``script/run/rows.mjs``, operation by operation.
 
-A shape of the structure moves with its bodies, so it is recorded once for its whole life, which a new
-certificate with another failure time ends.
+A shape of the structure moves with its bodies, so it is recorded once for its whole life. A new certificate
+with another failure time ends this life.
 """
 
 import math
@@ -40,21 +40,21 @@ from kinetile.scene.commands import COMMAND_KINDS
 from kinetile.show.picture import ORDER, PAIRS_DRAWN, wants_pairs
 
 MOST_ROWS = 200_000
-"""Rows of a page, some 30 bytes each; a longer run is shown up to there."""
+"""The most rows of a page, some 30 bytes each; a longer run is shown up to there."""
 
 MOST_STEPS = 5_000
-"""Events of a run that is stepped; beyond, a page has rows alone."""
+"""The most events of a stepped run; beyond, a page has only rows."""
 
 
 _PAIRED = ("tiling", "boxes")
-"""Structures that a page computes with pairs."""
+"""The structures that a page computes with pairs."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Results of stepping: structural events, (m,) each: exact time, the body whose certificate failed,
-    and after how many rows of the window it came; how many bodies were queued after each number of events,
-    (k,); and the structure that the phase draws."""
+    """Results of stepping: structural events, (m,) each: exact time, the body whose certificate failed, and
+    the number of rows of the window before it; the number of queued bodies after each number of events, (k,);
+    and the structure that the phase draws."""
 
     epoch: Integers
     tick: Integers
@@ -69,10 +69,10 @@ class Recording:
     """A window of a run: plans at its beginning, rows (dtype LOG) in it, and its beginning and end, in ticks
     since the scene's start.
 
-    ``notes`` say how it ended, and what is left out; ``drawn_as`` is that of the broad phase's parts,
-    ``skin`` by how much it saw bodies enlarged at the end; ``pairs`` says whether lines between bodies are
-    drawn; ``whole`` is False if the rows after its end were left out; ``passing`` are the passings that last
-    at its beginning: bodies a < b, and the image (m, n) of b.
+    ``notes`` describe its end and the omitted parts; ``drawn_as`` is the broad phase's; ``skin`` is the
+    enlargement of the bodies that it saw at the end; ``pairs`` is True if lines between bodies are drawn;
+    ``whole`` is False if the rows after the end were left out; ``passing`` are the passings that last at the
+    beginning: bodies a < b, and the image (m, n) of b.
     """
 
     label: str
@@ -99,10 +99,10 @@ def record(
     max_contacts: int | None = None,
     pairs: bool | None = None,
 ) -> Recording:
-    """Runs a simulation that has not begun, and returns its window from ``begin`` to ``until``, or to a
-    number of contacts; None: as many as fit. ``again`` is a second one, to be stepped; None: no stepping. A
-    fault ends the recording with a note. Lines between ``pairs`` are drawn; None: up to
-    ``PAIRS_DRAWN`` at the beginning, without steps of up to as many bodies."""
+    """Runs a new simulation, and returns its window from ``begin`` to ``until``, or to a number of contacts;
+    None: as many as fit. ``again`` is a second simulation, to be stepped; None: no stepping. A fault ends the
+    recording with a note. Lines between ``pairs`` are drawn if True; None: if there are at most
+    ``PAIRS_DRAWN`` at the beginning, or without steps, if there are at most as many bodies."""
     rows = BoundedRows(MOST_ROWS, scene)
     clock = rows.clock
     notes: list[str] = []
@@ -116,7 +116,7 @@ def record(
             finally:
                 plans = plans.of_run(simulation)
                 passing = passings_of(simulation.tables)[["a", "b", "m", "n"]].tolist()
-        # Each contact has a row. Without this limit a far end would be refused, for its rows of the clock.
+        # Each contact has a row. Without this limit a far end would be refused, because of the clock's rows.
         most = MOST_ROWS + 1 if max_contacts is None else max_contacts
         simulation.run(until, max_contacts=most, recorder=rows)
         epoch, tick = simulation.exact_time
@@ -132,7 +132,7 @@ def record(
     last = max(ticks_of(rows.rows[-1:]).max(initial=first), last)
     drawn_as = composition_of(simulation).broad.drawn_as
     paired = len(plans.x) <= PAIRS_DRAWN if pairs is None else pairs
-    if scene.accelerated:  # what its broad phase sees is not where the bodies are
+    if scene.accelerated:  # its broad phase does not see the positions of the bodies
         drawn_as = ""
     skin = float(simulation.tables.clock[0].limits.skin)
     run = label, plans, rows.rows, first, int(last), None, tuple(notes)
@@ -146,12 +146,12 @@ def record(
 
 
 def next_window(begin: float) -> str:
-    """Returns the sentence that names the window from a time on."""
+    """Returns the sentence that names the next window, from a time on."""
     return f"The next window: --from {begin!r}, in Python begin={begin!r}"
 
 
 def shown_up_to(rows: BoundedRows, of: str) -> str:
-    """Returns the sentence of a page that shows not all rows ``of`` a window."""
+    """Returns the sentence of a page that does not show all rows ``of`` a window."""
     kept, end = rows.rows, rows.end
     part = " (where more happens)" if len(kept) == rows.limit and kept["time"][0] == end else ""
     return f"Shown up to {end!r}{part}{of}: {rows.limit:,} events are as many as a page takes."
@@ -160,7 +160,7 @@ def shown_up_to(rows: BoundedRows, of: str) -> str:
 def _with_steps(
     recording: Recording, again: Simulation, clock: Clock, begin: float, pairs: bool | None
 ) -> Recording:
-    """Steps a simulation through a window, and returns the recording with what was seen."""
+    """Steps a simulation through a window, and returns the recording with its steps."""
     events = np.append(-1, np.flatnonzero(~np.isin(recording.rows["b"], (REANCHORED, HELD)))) + 1
     seen: list[tuple[int, int, int, int]] = []
     met = 0
@@ -194,10 +194,10 @@ def _with_steps(
                 met = min(met + 1, len(events) - 1)
             queue.append(_queued(again))
             leaves = event.kind == "part" and not set(event.bodies) <= set(again.bodies.tolist())
-            if not (log.full or leaves):  # its removal, which has ended the passing, comes behind it
+            if not (log.full or leaves):  # its removal, which ended the passing, follows
                 log.see(number, again.drawing())
     except KinetileError as error:
-        if not recording.notes:  # the free run has said which
+        if not recording.notes:  # the free run has noted the fault
             notes += (f"Stepping ended with a fault, {type(error).__name__}: {error}",)
     if log.full:
         rest = "it is computed from the positions"
@@ -217,8 +217,8 @@ PLAYED_KINDS = (
     *("structural", "disc", "wall", "turn", "insert", "remove"),
     *("pass", "part", "anchor", "accelerate", "hold", "kind", "move"),
 )
-"""Kinds of events by the number that a page has for them; "anchor" is a plan that the clock has written down
-again, "hold" one with another present acceleration."""
+"""Kinds of events by their number in a page; "anchor" is a plan that the clock has anchored again, "hold" a
+plan with another present acceleration."""
 
 
 _COMMANDS = {each.code: PLAYED_KINDS.index(each.event) for each in COMMAND_KINDS}
@@ -228,9 +228,9 @@ _COMMANDS |= {REANCHORED: PLAYED_KINDS.index("anchor"), HELD: PLAYED_KINDS.index
 
 @dataclass(frozen=True)
 class PlayedPlans:
-    """The bodies by number, (n,) each: radius (NaN if it is not known) and mass; whether each is present,
-    and its plan: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration, the
-    present and the whole one; and how many periods were taken off its position since its first one, along x
+    """The bodies by number, (n,) each: radius (NaN if unknown) and mass; 1 for present bodies; the plan of
+    each: (epoch, tick) of its anchor, its position there, its velocity, and its acceleration, the present
+    and the whole one; and the number of periods that were taken off its position since its first one, along x
     and y, or will be when it is inserted."""
 
     radius: Floats
@@ -251,7 +251,7 @@ class PlayedPlans:
 
     @classmethod
     def of(cls, scene: Scene, rows: Array) -> Self:
-        """Returns the plans at a scene's start, with room for all bodies of the scene and of rows."""
+        """Returns the plans at a scene's start, with room for all bodies of the scene and of the rows."""
         comers = [each for each in scene.commands if isinstance(each, Insert)]
         named = [int(rows[name].max(initial=-1)) for name in "ab"]
         n, last = len(scene), max([*named, *(each.body for each in comers), len(scene) - 1])
@@ -301,16 +301,16 @@ def kinds_of(rows: Array) -> npt.NDArray[np.uint8]:
 
 
 def residuals(plans: PlayedPlans, rows: Array, scene: Scene) -> dict[str, npt.NDArray[np.uint64]]:
-    """Returns columns ax .. bvy, (rows,) each: the bits in which a row differs from its prediction.
+    """Returns columns ax .. bvy, (rows,) each: the bits that differ between a row and its prediction.
 
-    A body is at the position of its plan, and has its velocity then; but if two bodies of one mass meet, b
-    gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0; but of a row
-    that gives a its acceleration, bx and by are the bits in which that differs from the one before.
+    A body is at the position of its plan, with the velocity of its plan; but if two bodies of one mass meet,
+    b gets the momentum that a has lost. Columns without a plan (b of a wall, for example) are 0; but in a row
+    that gives a its acceleration, bx and by are the bits of its difference from the acceleration before.
     """
     flights = Flights.of(rows)
 
     def before(of_plan: Floats, of_flight: Floats) -> Floats:
-        """Returns what was in force before each flight: of the body's flight before it."""
+        """Returns the value before each flight: the value of the body's flight before it."""
         return np.where(flights.before >= 0, of_flight[flights.before], of_plan[flights.body])
 
     epoch, tick = (rows[name][flights.row].astype(np.float64) for name in ("epoch", "tick"))
@@ -328,7 +328,7 @@ def residuals(plans: PlayedPlans, rows: Array, scene: Scene) -> dict[str, npt.ND
     for axis, flown, ends in zip("xy", places, speeds, strict=True):
         flies = found[f"v{axis}"]
         keeps = ends.copy()
-        second = np.flatnonzero(flights.is_b)  # its row's a comes right before it
+        second = np.flatnonzero(flights.is_b)  # the a of its row is right before it
         same = second[plans.mass[flights.body[second]] == plans.mass[flights.body[second - 1]]]
         keeps[same] = ends[same] + (ends[same - 1] - flies[same - 1])
         for name, bits in (
@@ -346,15 +346,15 @@ def _bits(numbers: Floats) -> npt.NDArray[np.uint64]:
 
 
 DRAWN = (Segment, Box, Polygon, Link, Entry)
-"""Shapes by the number that a page has for them; roles go by their place in ``ORDER``."""
+"""Shapes by their number in a page; roles are numbered by their place in ``ORDER``."""
 
 MOST_LOOKS = 4_000_000
-"""The limit of checked shapes, each after each event: some twenty seconds."""
+"""The limit of checks, one for each shape after each event: some twenty seconds."""
 
 
 class StructureLog:
-    """Log of the present shapes after each number of events: ``full`` where the limit of checked shapes is
-    reached, after ``seen`` events."""
+    """Log of the present shapes after each number of events: ``full`` if the limit of checks is reached,
+    after ``seen`` events."""
 
     def __init__(self, pairs: bool = True) -> None:
         """Makes a log, without links between bodies unless there are ``pairs``."""
@@ -376,7 +376,7 @@ class StructureLog:
             first = before.pop(item, None)
             if first is not None:
                 now[item] = first
-            elif item not in now:  # said twice, it is there once
+            elif item not in now:  # listed twice, it is there once
                 now[item] = done
                 new.append(item)
         self._looks += len(now)
@@ -387,11 +387,11 @@ class StructureLog:
         self._open = now
 
     def columns(self) -> dict[str, Array] | None:
-        """Returns the log: of each shape its number in ``DRAWN``, role, label (a place in ``labels``), first
-        number of events at which it is there and first at which it is not, (epoch, tick) at which its
-        certificate fails (NaN: it does not), whether it is ``fresh`` then (1), or existed before with another
-        certificate (0), and its coordinates, x before y, ``size`` of all the columns
-        ``body`` (-1: fixed), ``offset`` and ``turns``. None where there is nothing to see."""
+        """Returns the log: for each shape its number in ``DRAWN``, role, label (a place in ``labels``), the
+        numbers of events at its creation and its removal (``first``, ``last``), (epoch, tick) of its
+        certificate's failure (NaN: never), ``fresh`` (1: it is new, 0: it existed before with another
+        certificate), and its coordinates, x before y: ``size`` entries of the columns ``body`` (-1: fixed),
+        ``offset`` and ``turns``. Returns None without shapes."""
         spans = [*self._closed, *((first, self.seen + 1, item) for item, first in self._open.items())]
         if not spans:
             return None
@@ -417,12 +417,12 @@ class StructureLog:
 
     @property
     def labels(self) -> list[str]:
-        """The labels of shapes, in the order in which ``columns`` numbers them."""
+        """The labels of shapes, in the order of their numbers in ``columns``."""
         return sorted({item.label for item in [*(item for *_, item in self._closed), *self._open]})
 
 
 def _without_certificate(item: Item) -> tuple[Any, ...]:
-    """Returns the identity of a shape: without its failure time, and at a position without its label."""
+    """Returns the identity of a shape: without its failure time, and outside a matrix without its label."""
     return type(item), item.label if isinstance(item, Entry) else "", *_coordinates(item)
 
 

@@ -26,31 +26,31 @@ from kinetile.show.player.recording import MOST_ROWS, PlayedPlans, Recording, ne
 from kinetile.targets import writing_new
 
 _NO_STRUCTURE = (
-    "An event file has no structural events and no structure: it says what the bodies do, whatever the broad "
-    "phase. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
+    "An event file has no structural events and no structure: it holds the motion of the bodies, which is "
+    "one under all broad phases. A view of the scene shows both (kinetile view SCENE --broad-phase NAME)."
 )
 
 ShownPhase = tuple[str | None, Mapping[str, Any]]
-"""A broad phase by name (None: what the scene says, or the default), and its options."""
+"""A broad phase by name (None: the scene's, or the default), and its options."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A page that plays a run; a notebook shows it. ``str`` of it is the page's HTML."""
+    """A page that plays a run; a notebook shows it. Its ``str`` is the page's HTML."""
 
     page: Page
 
     @property
     def notes(self) -> list[str]:
-        """Sentences for the reader: how a run ended, what is left out."""
+        """Sentences for the reader: the ends of runs, and the omitted parts."""
         return self.page.all_notes
 
     def __str__(self) -> str:
         return self.page.html()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Writes the page, ending in .html if ``path`` has no ending, and returns its path. It replaces
-        another page; BadOption where any other file is (unless ``overwrite``)."""
+        """Writes the page, ending in .html if ``path`` has no ending, and returns its path. Replaces another
+        page; raises BadOption for any other existing file (unless ``overwrite``)."""
         target = given if (given := Path(path)).suffix else Path(f"{given}.html")
         with writing_new(target, overwrite) as file:
             file.write(str(self).encode())
@@ -78,20 +78,20 @@ def view_scene(
     notes: Sequence[str] = (),
     pairs: bool | None = None,
 ) -> View:
-    """Returns a view of a scene under one broad phase, or under several side by side: then a note says where
-    they part, if they do, and the page opens there.
+    """Returns a view of a scene under one broad phase, or under several side by side. If these differ, a note
+    names the first difference, and the page opens there.
 
     Args:
         choices: broad phases, each with its options.
         begin: the start of the window; None: the scene's start.
         until: its end; None: the scene's own ``until``, or one time unit after ``begin``.
-        steps: whether to step through the run too, for structural events.
-        title: the title; None: what is shown: the recipe, the bodies, the phases and the window.
-        max_contacts: the window ends at this number of contacts, if not before; None: at as many as fit.
-        narrow_phases: names and options; None: the scene's, or those that it needs.
-        at: the time at which the page opens; None: where the phases part, or the beginning of the window.
+        steps: True to step through the run too, for structural events.
+        title: the title; None: the recipe, the bodies, the phases and the window.
+        max_contacts: the window ends at this number of contacts, if not before; None: as many as fit.
+        narrow_phases: names and options; None: the scene's, or the ones that it needs.
+        at: the time that the page shows first; None: the first difference, or the beginning of the window.
         notes: sentences at the head of the page.
-        pairs: whether lines between pairs of bodies are drawn; None: up to 400.
+        pairs: True if lines between pairs of bodies are drawn; None: up to 400.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -121,14 +121,14 @@ def view_scene(
 
 
 def _parting(recordings: Sequence[Recording]) -> tuple[int | None, int | None, list[str]]:
-    """Returns the tick of the first row in which recordings differ from the first of them, a body of that
-    row, and sentences about it; None, None and a sentence where all are the same."""
+    """Returns the tick of the first row that differs between recordings and the first recording, a body of
+    that row, and sentences about it; None, None and a sentence if all rows are the same."""
     first, *others = recordings
     parted: list[tuple[int, int, str]] = []
     for other in others:
         at = first_difference(_exact(first.rows), _exact(other.rows))
         if at is None or any(at == len(each.rows) and not each.whole for each in (first, other)):
-            continue  # rows that were left out are no difference
+            continue  # omitted rows are not a difference
         rows = {each.label: each.rows[at] for each in (first, other) if at < len(each.rows)}
         plain = {label: {name: row[name].item() for name in _EXACT} for label, row in rows.items()}
         words = [f"under {label} it is {describe_row(row)}" for label, row in plain.items()]
@@ -150,15 +150,15 @@ def _exact(rows: Array) -> Array:
 
 
 def window(scene: Scene, begin: float | None, until: float | None) -> tuple[float, float]:
-    """Returns the times from which and to which a scene is shown, by default from its start to its own
-    ``until``, or for one time unit. Raises BadOption unless they are in order."""
+    """Returns the first and the last time of a window: by default the scene's start and its own ``until``,
+    or one time unit. Raises BadOption unless they are in order."""
     begin = scene.start if begin is None else begin
     if not is_finite(begin):
         raise BadOption(f"begin is {shown(begin)}; expected a finite time")
     if isinstance(until, Simulation):
         several = "kinetile.show.player.view_scene(scene, [(name, options), ...]) shows several phases"
         raise BadOption(f"until is another simulation; expected a time, for one run: {several}")
-    own, ended = scene.settings.until, scene.settings.end is not None  # as what has been recorded
+    own, ended = scene.settings.until, scene.settings.end is not None  # as a recorded run has
     until = (own if own is not None and (ended or own > begin) else begin + 1.0) if until is None else until
     if not (is_finite(until) and scene.start <= begin <= until):
         raise BadOption(
@@ -175,7 +175,7 @@ def to_show(simulation: Simulation) -> Scene:
 
 
 def view_file(path: str | os.PathLike[str]) -> View:
-    """Returns a view of an event file, as far as a page takes it. RecordError as ``Trajectory.read``."""
+    """Returns a view of an event file, as far as it fits a page; RecordError as ``Trajectory.read``."""
     trajectory = Trajectory.read(path)
     scene, end, notes = trajectory.scene, trajectory.end, [_NO_STRUCTURE]
     kept = BoundedRows(MOST_ROWS, scene)
@@ -183,7 +183,7 @@ def view_file(path: str | os.PathLike[str]) -> View:
         kept(trajectory.rows)
     except TooManyRows:
         end = kept.end
-        further = 'The rest is in views of its scene, read_events(FILE).metadata["scene"].'
+        further = 'Views of its scene show the rest: read_events(FILE).metadata["scene"].'
         notes.append(f"{shown_up_to(kept, '')} {further} {next_window(end)}")
     rows = kept.rows
     plans, last = PlayedPlans.of(scene, rows), kept.clock.ticks(end)
@@ -199,9 +199,9 @@ def view(
     begin: float | None = None,
     pairs: bool | None = None,
 ) -> View:
-    """Returns a view of the run of a simulation so far, including interactive commands; before a run,
-    of its future; from ``begin`` on, or its start. It is played again from the start, and the simulation
-    does not change. Lines between ``pairs`` of bodies are drawn; None: up to 400."""
+    """Returns a view of the run of a simulation so far, with its interactive commands; before a run, of its
+    future; from ``begin`` on, or its start. The run is repeated from the start, and the simulation does not
+    change. Lines between ``pairs`` of bodies are drawn if True; None: up to 400."""
     scene = to_show(simulation)
     choice = (simulation.broad_phase, simulation.options)
     narrow_phases = composition_of(simulation).narrow_phases

@@ -1,4 +1,4 @@
-"""What the filters say of their own errors, against fractions: never too little, and not idly much."""
+"""The filters' claims on their own errors, against fractions: never too little, and not idly much."""
 
 from fractions import Fraction
 from math import isqrt
@@ -58,7 +58,7 @@ def claimed(table, times) -> np.ndarray:
 
 
 def excess(table, times) -> np.ndarray:
-    """Return by how much of its bound each claim is off: of bend, cross, slope, and q beyond its last
+    """Returns by how much of its bound each claim is off: of bend, cross, slope, and q beyond its last
     rounding."""
     claims = claimed(table, times)
     shares = []
@@ -77,7 +77,7 @@ def excess(table, times) -> np.ndarray:
 
 
 def drawn(seed: int, n: int, far: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return encounters with numbers of all sizes near 1, and times at which the discs nearly touch; moved up
+    """Returns encounters with numbers of all sizes near 1, and times when the discs nearly touch; moved up
     to 2^far away from the origin."""
     rng = np.random.default_rng(seed)
 

@@ -43,7 +43,7 @@ def test_a_sum_of_doubles_is_exact_and_knows_its_sign(summands, power, sign):
 @settings(deadline=None)
 @given(doubles, doubles, st.integers(0, 1 << 62), powers)
 def test_products_are_exact(a, b, count, power):
-    """Of two doubles, and of a double and a count of ticks; added to what is there."""
+    """For two doubles, and for a double and a count of ticks; added to a given sum."""
     m = np.zeros(5 * CELLS, dtype=np.int64)
     first, end = room(*room(CELLS, 0, a, 0), b, power)
     put(m, ONE, a, 0, 1)

@@ -112,7 +112,7 @@ def test_of_any_numbers(places, radii, elapsed, tick):
 
 def test_two_discs_on_their_edges():
     def ticks(**fields) -> list[int]:
-        """Returns when they touch, touch again and part: discs of radius 1/4, the first at rest at 0."""
+        """Returns ticks of contact, next contact and parting: discs of radius 1/4, the first at rest at 0."""
         table = rows(1)
         table["radius"] = table["radius2"] = 0.25
         for name, value in fields.items():

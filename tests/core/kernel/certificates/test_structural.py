@@ -1,4 +1,4 @@
-"""Failure times of certificates: what an event has exchanged it does not exchange back at the same tick."""
+"""Failure times of certificates: an event does not undo its exchange at the same tick."""
 
 import math
 from fractions import Fraction

@@ -20,7 +20,7 @@ UNIT = 1 << 52
 
 @compiled
 def fall_all(table, since, found):
-    """Write when the gap of each row, far, slope, pull, is below zero at the end of a tick from one on."""
+    """Writes when the gap of each row, far, slope, pull, is below zero at the end of a tick from one on."""
     for i in range(len(table)):
         far, _, _, slope, pull, tick = table[i]
         found[i] = first_below(far, slope, pull, since[i], tick, 1.0 / tick)

@@ -1,4 +1,4 @@
-"""Commands by hand: their place among those that wait, what is not done for each, and pending contacts."""
+"""Commands by hand: their place among those that wait, the work saved for each, and pending contacts."""
 
 import math
 import pickle
@@ -44,7 +44,7 @@ steps = st.lists(
 
 @given(st.lists(st.integers(0, 6), max_size=8), steps)
 def test_commands_by_hand_stand_before_all_that_wait(planned, steps):
-    """Against a list. Some of those of this tick are carried out."""
+    """Against a list. Some commands of this tick are carried out."""
     tables = Tables()
     tables.k = allocate(1, 1, 1)
     fields = tables.fields
@@ -149,7 +149,7 @@ def test_who_is_there_is_looked_up_when_somebody_comes_or_goes():
 
 @pytest.mark.parametrize("mixed", [False, True])
 def test_new_contacts_are_those_after_the_old_ones(mixed):
-    """However many calls ago, and whether or not all are asked for in between."""
+    """However many calls ago, with or without requests for all in between."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=16, density=0.4, seed=2), "cells")
     counts, parts, random = [0], [], np.random.default_rng(2)
     for at in range(30):
@@ -218,7 +218,7 @@ def test_a_command_for_a_third_body_ran_the_contact_that_it_was_to_avert(phase):
 
 @pytest.mark.parametrize("phase", ["cells", "naive"])
 def test_a_body_for_which_tables_were_made_again_moved_the_time(phase):
-    """From that of the run's end to that of its tick, and not under every phase."""
+    """From the list of the run's end to the list of its tick, and not under every phase."""
     sim = kt.Simulation(kt.make_scene("grid", bodies=9, seed=2), phase, live=phase != "naive")
     sim.run(until=0.1)
     sim.insert((0.01, 0.01), radius=0.004)
@@ -386,7 +386,7 @@ def test_a_command_in_a_jam_was_carried_out_and_lost(phase):
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_fault_names_bodies_by_their_numbers():
-    """It named their slots: after a body had gone, those of others."""
+    """It named their slots: after a body's removal, other bodies' slots."""
     sim = kt.Simulation(squeezed(), "cells", live=True)
     sim.remove(2)
     sim.remove(1)
@@ -449,7 +449,7 @@ def test_a_body_that_came_far_away_among_bodies_at_rest_had_the_skin_of_before()
     "more", [{}, {"gravity": (0.0, -1.0)}, {"periodic": "xy"}, {"kind": ["a", "b", "a"]}]
 )
 def test_a_body_has_nothing_of_the_one_that_had_its_slot(more):
-    """A field that ``insert_body`` forgets would be that of a body that has gone."""
+    """A field that ``insert_body`` forgets would be a removed body's."""
     scene = kt.Scene([(1.0, 1.0), (3.0, 1.0), (5.0, 3.0)], np.ones((3, 2)), 0.25, arena=(8.0, 8.0), **more)
     found = []
     for odd in (False, True):

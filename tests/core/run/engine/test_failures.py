@@ -335,7 +335,7 @@ class Paddle:
 
 @pytest.mark.parametrize("mass", [(math.inf, 1.0), (1.0, math.inf)])
 def test_a_dissipative_response_that_gained_energy_went_unremarked(mass):
-    """It is the energy that an immovable body sees: one that moves may make what it meets faster."""
+    """It is the energy that an immovable body sees: a moving one may make the bodies that it meets faster."""
     places, speeds = [[2.0, 3.0], [4.0, 3.0]], [[0.5, 0.0], [-0.25, 0.0]]
     paddle = kt.ResponseSpec("paddle", Paddle, features=frozenset({"dissipative"}))
     with registered(paddle, kt.ResponseSpec("pump", Paddle)):

@@ -1,4 +1,4 @@
-"""What the engine knows of its tables between two chunks."""
+"""The engine's knowledge of its tables between two chunks."""
 
 import numpy as np
 from hypothesis import given, settings

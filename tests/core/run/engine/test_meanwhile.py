@@ -200,7 +200,7 @@ class Try:
         job(tell)
 
     def read(self, most: int = 99) -> None:
-        """Reads what the fork tells: up to the start of so many compilers, or all."""
+        """Reads the fork's messages: up to the start of so many compilers, or all."""
         while len(self.compilers) < most and (line := self._lines.readline()):
             said = json.loads(line)
             self.compilers.extend([said["compiler"]] if "compiler" in said else [])
@@ -229,7 +229,7 @@ def _runs(process: int) -> bool:
 
 
 def run(tell, then=lambda: None):
-    """Runs, and waits while a compiler is at work; tells the fingerprint, and whether the run went over."""
+    """Runs, and waits while a compiler is at work; sends the fingerprint, and True if the run went over."""
     sim = kt.Simulation(SCENE, "naive")
     loop = composition_of(sim).loop(engine_of(sim).commands)
 
@@ -287,7 +287,7 @@ def unwritable(tried, names):
 
 
 def forged(tried, names):
-    """What is no machine code, or that of another function, has the names of the loop's files; what no one
+    """Code that is no machine code, or another function's, has the names of the loop's files; what no one
     has read by the end is removed."""
     other = next(path for path in tried.cache.rglob("*.nbc") if path not in names).read_bytes()
     contents = [(name, [b"", b"forged", other][random.randrange(3)]) for name in names]
@@ -310,7 +310,7 @@ TRIES = {
     "parent killed": (run, parent_killed, 0),
     "interrupted": (run, interrupted, 0),
 }
-"""What runs, what is done to it, and how many runs end at least."""
+"""The run, the action on it, and the least number of runs that end."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Time in which nothing happens passes in one step, and changes no bit of what comes after it."""
+"""Time without events passes in one step, and changes no bit of the later events."""
 
 import math
 import random
@@ -174,7 +174,7 @@ def test_slowness_is_a_matter_of_units(periodic):
 
 @pytest.mark.small
 def test_a_run_whose_bodies_get_nowhere_went_on_without_end():
-    """What they fly in two spans is less than the rounding of the sum."""
+    """Their flight in two spans is less than the rounding of the sum."""
     sim = kt.Simulation(gas(1e-9, 2, 1e10), "naive")
     with pytest.raises(kt.errors.Refused, match=r"too slow for the scene's unit, 1: .* unit=2\.0\*\*6\d$"):
         sim.run(1e30, max_contacts=5)

@@ -37,13 +37,13 @@ def entry(x: Fraction, y: Fraction, r: Fraction, direction: list[Fraction]) -> E
 
 
 def length(at: Entry, n: Fraction) -> Fraction:
-    """Return how far that is to enough digits that equal lengths are equal; n is the direction's square."""
+    """Returns the distance, to enough digits that equal lengths are equal; n is the direction's square."""
     far = root(at[0] * at[0] * n) - root(at[1] * n)
     return Fraction(round(far * (1 << BITS // 2)), 1 << BITS // 2)
 
 
 def all_images(at: list[Fraction], r: Fraction, reach: Fraction, periods: tuple[float, float]):
-    """Yield the places of a disc's images that a point within ``reach`` of (0, 0) can be in."""
+    """Yields the places of a disc's images that a point within ``reach`` of (0, 0) can be in."""
     ranges = []
     for place, period in zip(at, periods, strict=True):
         p = Fraction(period)
@@ -68,7 +68,7 @@ def expected(sim: kt.Simulation, origin, direction, within: float, wider: float)
 
 
 def check(sim: kt.Simulation, origin, direction, within: float) -> list[kt.RayHit]:
-    """Return the hits of a ray, after a comparison with exact arithmetic, but for rounding."""
+    """Returns the hits of a ray, after a comparison with exact arithmetic, but for rounding."""
     hits = sim.ray(origin, direction, within=within)
     inner, outer = (expected(sim, origin, direction, within, 1.0 + side * 2.0**-30) for side in (-1, 1))
     assert {*inner} <= {hit.body for hit in hits} <= {*outer}

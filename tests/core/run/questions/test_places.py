@@ -26,7 +26,7 @@ getcontext().prec = 400  # of squares of lengths from 2^-200 to 2^200
 
 
 def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Query:
-    """Return a query at which resting bodies are where they are, in the slots of their order; their numbers
+    """Returns a query at resting bodies, in the slots of their order; their numbers
     are in the opposite order, and one more shape is nobody's."""
     n = len(bodies)
     k = allocate(n, n, 1, shaped=True)
@@ -149,7 +149,7 @@ def gap(body: Body, place) -> Decimal:
 
 
 def gap_of_box(body: Body, box) -> Decimal:
-    """Return how far a body is from a box, below 0 or 0 where they have a point in common."""
+    """Returns the distance of a body from a box, below 0 or 0 if they have a point in common."""
     left, bottom, right, top = decimal(*box)
     around, core = [(left, bottom), (right, bottom), (right, top), (left, top)], corners_of(body)
     ways = [(a, b) for shape in (around, core) for a, b in zip(shape, shape[1:] + shape[:1], strict=True)]
@@ -353,7 +353,7 @@ def test_discs_have_the_same_answers_as_without_shapes(bodies, point, direction,
 
 
 def test_a_run_of_shapes_is_asked_by_the_numbers_of_its_bodies():
-    """Of boxes and discs of two kinds, from which two have been removed."""
+    """With boxes and discs of two kinds, two of them removed."""
     rng = np.random.default_rng(3)
     spots = [(x + 0.5, y + 0.5) for x in range(8) for y in range(8)]
     shapes = [kt.box(0.75, 0.25), kt.disc(0.25), kt.box(0.5, 0.5)]

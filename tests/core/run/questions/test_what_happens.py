@@ -1,4 +1,4 @@
-"""Questions about what comes next, compared with what then happens, in every state of a run."""
+"""Questions about the next event, compared with the event itself, in every state of a run."""
 
 import math
 import random
@@ -47,7 +47,7 @@ def velocity(rng: random.Random) -> tuple[float, float]:
 
 
 def changed(rng: random.Random, sim: kt.Simulation) -> None:
-    """Run on, up to a time or a contact or just before it, or give a command."""
+    """Runs on, up to a time or a contact or just before it, or gives a command."""
     there = sim.bodies.tolist()
     how = rng.randrange(6)
     try:
@@ -67,7 +67,7 @@ def changed(rng: random.Random, sim: kt.Simulation) -> None:
 
 
 def rows_to_come(sim: kt.Simulation) -> tuple[list[tuple], float]:
-    """Return the rows that follow undisturbed, up to and with the first that changes a plan, and the
+    """Returns the rows that follow undisturbed, up to and with the first that changes a plan, and the
     time up to which these are all."""
     ahead, seen, end = copy(sim), len(sim.contacts), sim.time + LONG
     if sim.scene.periodic:
@@ -124,7 +124,7 @@ def assert_true(sim: kt.Simulation) -> None:
 
 
 def next_event(sim: kt.Simulation) -> kt.Event | None:
-    """Return the next event of a copy: to look for it begins the passings of the start."""
+    """Returns the next event of a copy: to look for it begins the passings of the start."""
     seen = len(sim.contacts)
     event = (ahead := copy(sim)).next_event
     if len(ahead.contacts) == seen:
@@ -134,7 +134,7 @@ def next_event(sim: kt.Simulation) -> kt.Event | None:
 
 
 def cast_as_inserted(sim: kt.Simulation) -> None:
-    """A disc that is cast meets what a body would that is inserted there, if there is room for it."""
+    """A cast disc meets the same bodies as a body that is inserted there, if there is room for it."""
     ahead = copy(sim)
     rng = random.Random(len(sim.contacts))
     place, speed = (rng.randrange(1, 31) / 8, rng.randrange(1, 15) / 8), velocity(rng)
@@ -193,7 +193,7 @@ def test_a_passing_of_the_start_was_no_contact_to_come():
 
 
 def slow(rng: random.Random, periodic: str) -> kt.Scene:
-    """Discs for which it takes up to a thousand units of the clock to meet a body or a wall."""
+    """Discs that take up to a thousand units of the clock to meet a body or a wall."""
     places = rng.sample([(x + 0.5, y + 0.5) for x in range(6) for y in range(4)], rng.randrange(2, 4))
     speeds = [[rng.choice((-1.0, -0.25, 0.0, 0.5)) * rng.random() * 0.1 for _ in "xy"] for _ in places]
     pulls = [(0.0, rng.choice((0.0, 2.0**-12)) * rng.choice((-1, 1)) * (periodic == "x")) for _ in places]

@@ -1,4 +1,4 @@
-"""Files that are refused, and what is promised of the others."""
+"""Files that are refused, and the promises on the others."""
 
 import hashlib
 import io
@@ -133,7 +133,7 @@ WRONG = {
 
 
 def test_an_index_of_a_saved_run_that_is_out_of_its_table_ended_the_process(tmp_path):
-    """In a run in which bodies pass, come and go, with commands to come."""
+    """In a run with passings, insertions and removals, and commands to come."""
     kinds = ["one", "two", "one"] * 3
     made = kt.make_scene("grid", bodies=9, seed=1)
     coming = [kt.Turn(1, 0.6, (1.0, 0.0)), kt.Remove(2, 0.7)]

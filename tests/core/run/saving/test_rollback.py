@@ -1,4 +1,4 @@
-"""A game that goes back for orders that come late has the contacts of one in which all orders are in time."""
+"""A game that goes back for orders that come late has the contacts of a run with all orders in time."""
 
 from pathlib import Path
 

@@ -55,7 +55,7 @@ def test_every_way_goes_on_to_the_same_bits(tmp_path, name):
 
 
 def play(sim: kt.Simulation, rng: random.Random) -> None:
-    """Give a simulation one order, or run it: also to more bodies, pairs and speed than its tables have."""
+    """Gives a simulation one order, or runs it: also to more bodies, pairs and speed than its tables have."""
     bodies = sim.bodies.tolist()
     order = rng.randrange(5) if bodies else 4
     if order == 0:
@@ -126,7 +126,7 @@ OTHERS = {
     **{Quantity.PAST: (LONG_AGO, LONG_AGO + 5), Quantity.DUE: (NEVER, SPAN + 3), Quantity.SLOT: (-1, 1)},
     **{Quantity.PARTNER: (-4, 2), Quantity.NUMBER: (-1, 1), Quantity.COUNT: (1, 77), Quantity.VALUE: (3, -2)},
 }
-"""Values of a field that a run may have in place of its own, by what the field is."""
+"""Values of a field that a run may have in place of its own, by the meaning of the field."""
 TICKS = Quantity.TICK, Quantity.PAST, Quantity.DUE
 PASSING = {"kind": ["a", "b"], "responses": {("a", "b"): "pass"}, "arena": (8.0, 8.0)}
 
@@ -184,7 +184,7 @@ def test_a_passing_of_four_spans_ended_late_for_it_began_in_the_future():
 
 
 def refuse(state, scene: kt.Scene, wrong: list[tuple]) -> None:
-    """Assert that a state is right, and that each change of it, in a row of a table, is refused."""
+    """Asserts that a state is right, and that each change of it, in a row of a table, is refused."""
     check_state(state, scene)
     taken = []
     for name, at, field, value in wrong:
@@ -209,7 +209,7 @@ def test_a_command_of_a_later_span_has_a_kind_and_a_shape_that_there_are(field, 
 
 
 def test_the_first_value_that_is_wrong_is_refused():
-    """In a run in which bodies pass, come and go, with commands to come: nine bodies, and one that comes."""
+    """In a run with passings, comers and leavers, and commands to come: nine bodies, and one that comes."""
     kinds = ["one", "two", "one"] * 3
     coming = [kt.Insert(0.6, (0.5, 0.5), (0.0, 0.0), 2.0**-9, kind="two"), kt.Turn(9, 0.7, (1.0, 0.0))]
     scene = kt.make_scene("grid", bodies=9, seed=1).replace(

@@ -1,4 +1,4 @@
-"""Any moment in the page is exact: its places are those of ``Trajectory``, and so of the run, to the bit."""
+"""Any moment in the page is exact: its places are ``Trajectory``'s, and so the run's, to the bit."""
 
 import math
 

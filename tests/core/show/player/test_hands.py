@@ -1,4 +1,4 @@
-"""What hands do to a page in a real browser: wheel, fingers, clicks, Space; and what the page says then."""
+"""What hands do to a page in a real browser: wheel, fingers, clicks, Space; and the page's words then."""
 
 import pytest
 
@@ -40,7 +40,7 @@ def click(browser: Browser, selector: str) -> None:
 
 
 def turn_wheel(browser: Browser, modifiers: int = 0) -> tuple[bool, float]:
-    """Turn the wheel a notch over the picture; whether the page has scrolled, and how far one has zoomed."""
+    """Turns the wheel a notch over the picture; whether the page has scrolled, and how far one has zoomed."""
     browser.value("scrollTo(0, 0)")
     before = browser.value(SCALE)
     mouse(browser, "Wheel", ".stage", deltaX=0, deltaY=100, modifiers=modifiers)
@@ -52,7 +52,7 @@ def turn_wheel(browser: Browser, modifiers: int = 0) -> tuple[bool, float]:
 
 
 def fingers(browser: Browser, *tracks: list[tuple[float, float]], on: str = ".stage") -> None:
-    """Put fingers down, move each along its track, and lift them; places from the middle of an element."""
+    """Puts fingers down, moves each along its track, and lifts them; places from the middle of an element."""
     x, y = middle(browser, on)
     for at in range(len(tracks[0])):
         points = [{"x": x + track[at][0], "y": y + track[at][1], "id": k} for k, track in enumerate(tracks)]

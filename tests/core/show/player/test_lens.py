@@ -1,4 +1,4 @@
-"""The proof lens: what is under the pointer is named, and a certificate has its root where it fails."""
+"""The proof lens: the item under the pointer is named, and a certificate has its root where it fails."""
 
 import pytest
 

@@ -140,7 +140,7 @@ def test_windows_with_few_steps_have_together_all_structural_events(monkeypatch)
 
 
 def test_what_happens_at_once_is_in_one_window_if_it_fits(monkeypatch):
-    """Of eight discs that met walls at once, five were shown, and the next window had none of the rest."""
+    """Five of eight discs that met walls at once were shown, and the next window had none of the rest."""
     places = [[0.3, 0.3 + gap] for gap in range(8)]
     scene = kt.Scene([*places, [4.0, 4.0]], [*[[-1.0, 0.0]] * 8, [1.0, 0.0]], 0.25, arena=(4.5, 8.0))
     monkeypatch.setattr(recording, "MOST_ROWS", 8)

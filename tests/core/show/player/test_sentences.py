@@ -67,7 +67,7 @@ def test_bounds_pass_each_other_by_the_names_that_the_phase_gives_them(phase, tm
 
 @needs_node
 def test_a_phase_without_words_of_its_own_has_sentences(tmp_path, monkeypatch):
-    """Shapes of one role, without labels: what a foreign phase draws that does the least."""
+    """Shapes of one role, without labels: the least drawing of a foreign phase."""
     drawing = kt.Simulation.drawing
 
     def bare(sim: kt.Simulation) -> tuple[object, ...]:

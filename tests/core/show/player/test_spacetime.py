@@ -1,4 +1,4 @@
-"""The page's picture of space and time: its bands are those of ``kinetile draw --space-time``."""
+"""The page's picture of space and time: its bands are ``kinetile draw --space-time``'s."""
 
 import json
 

@@ -13,7 +13,7 @@ from player_pages import SCENES, ask_node, needs_node, record
 
 @pytest.fixture(autouse=True)
 def no_structure(monkeypatch):
-    """What is drawn is for another file: it takes its time."""
+    """Drawing is tested in another file: it takes its time."""
     monkeypatch.setattr(recording, "MOST_LOOKS", 0)
 
 

@@ -1,4 +1,4 @@
-"""The structure in the page is the phase's own: what is drawn at a moment is what ``drawing`` says there."""
+"""The structure in the page is the phase's own: its drawing at a moment is ``drawing``'s result."""
 
 import numpy as np
 

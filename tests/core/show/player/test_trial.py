@@ -1,4 +1,4 @@
-"""Try it: what a reader throws, inserts or turns back, or a time-stepped engine, in a real browser."""
+"""Try it: a reader's throws, insertions and turns, or a time-stepped engine, in a real browser."""
 
 import json
 
@@ -85,7 +85,7 @@ def contacts(browser):
 
 
 def wanted(command):
-    """Return the contacts of kinetile's own run with a command at time 0.125."""
+    """Returns the contacts of kinetile's own run with a command at time 0.125."""
     sim = kt.Simulation(scene(), "cells")
     sim.run(until=0.125)
     command(sim)

@@ -43,7 +43,7 @@ class State(NamedTuple):
 
 
 def arrange(k: Kernel, s: State) -> None:
-    """Choose the width, for reaches may have grown; everything is alone in its ring."""
+    """Chooses the width, for reaches may have grown; everything is alone in its ring."""
     s.width[1] = max(s.width[0], 2.0 * k.bodies.reach.max(initial=0.0))
     s.stripe[:] = np.floor(positions_now(k)[:, 0] / s.width[1])
     s.after[:] = s.before[:] = np.arange(len(s.after))
@@ -51,7 +51,7 @@ def arrange(k: Kernel, s: State) -> None:
 
 @hook
 def enter(s: State, body: int, stripe: int) -> None:
-    """Take a body out of the ring it is in and put it into that of a stripe."""
+    """Moves a body from its ring to the ring of a stripe."""
     s.before[s.after[body]] = s.before[body]
     s.after[s.before[body]] = s.after[body]
     end = len(s.stripe) + stripe % (len(s.after) - len(s.stripe))
@@ -64,7 +64,7 @@ def enter(s: State, body: int, stripe: int) -> None:
 
 @hook
 def watch(k: Kernel, s: State, body: int) -> None:
-    """Schedule the crossing of the border ahead."""
+    """Schedules the crossing of the border ahead."""
     b = k.bodies[body]
     left = s.stripe[body] * s.width[1]
     gap = b.x - left if b.vx < 0.0 else left + s.width[1] - b.x
@@ -73,7 +73,7 @@ def watch(k: Kernel, s: State, body: int) -> None:
 
 @hook
 def name_all(k: Kernel, s: State, stripe: int, count: int) -> int:
-    """Name the bodies of a stripe, after so many that are named already; return how many are named then."""
+    """Names the bodies of a stripe, after so many that are named already; returns how many are named then."""
     end = len(s.stripe) + stripe % (len(s.after) - len(s.stripe))
     body = s.after[end]
     while body != end:
@@ -86,7 +86,7 @@ def name_all(k: Kernel, s: State, stripe: int, count: int) -> int:
 
 @hook
 def build(k: Kernel, s: State) -> None:
-    """Put each body into its ring."""
+    """Puts each body into its ring."""
     for body in range(len(s.stripe)):
         enter(s, body, s.stripe[body])
         watch(k, s, body)
@@ -94,7 +94,7 @@ def build(k: Kernel, s: State) -> None:
 
 @hook
 def near(k: Kernel, s: State, body: int) -> int:
-    """Name the bodies in the same stripe and in its neighbours."""
+    """Names the bodies in the same stripe and in its neighbours."""
     count = 0
     for stripe in range(s.stripe[body] - 1, s.stripe[body] + 2):
         count = name_all(k, s, stripe, count)
@@ -111,8 +111,8 @@ def repair(k: Kernel, s: State, body: int) -> int:
 
 
 def draw(k: Kernel, s: State) -> Iterator[Item]:
-    """Draw the borders of the stripes that somebody is in, and for each body the border ahead of it, with the
-    tick at which it gets there."""
+    """Draws the borders of the stripes with bodies, and for each body the border ahead of it, with the tick
+    of its arrival."""
     if not len(s.stripe):
         return
     height = positions_now(k)[:, 1]
@@ -140,7 +140,7 @@ class Stripes:
         self.width = width
 
     def prepare(self, scene: kt.Scene) -> BroadPhaseParts:
-        """Return the parts; any scene will do."""
+        """Returns the parts; any scene will do."""
         n = len(scene)
         rings = np.zeros(n + max(n, 1), dtype=np.int64)
         state = State(np.zeros(n, dtype=np.int64), rings, rings.copy(), np.array([self.width, 0.0]))

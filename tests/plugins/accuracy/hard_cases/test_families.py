@@ -1,4 +1,4 @@
-"""The families of queries are what they say, in exact fractions."""
+"""The families of queries have their stated properties, in exact fractions."""
 
 from decimal import Decimal, localcontext
 from fractions import Fraction
@@ -19,7 +19,7 @@ def queries(name: str, count: int = COUNT) -> Queries:
 
 
 def misses(asked: Queries) -> list[Fraction]:
-    """Return the square of the passing distance of each pair over that of the sum of radii, less 1."""
+    """Returns the square of the passing distance of each pair over the square of the sum of radii, less 1."""
     found = []
     for flight in (Separation(*plans) for plans in asked.plans()):
         (dx, dy), (vx, vy), _ = flight.ways

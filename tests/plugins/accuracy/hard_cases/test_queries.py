@@ -115,7 +115,7 @@ def test_claims_and_findings_say_what_the_rows_say() -> None:
     assert all(claim.holds for claim in part.query_claims([good, poor]))
     (text,) = part.query_findings([good, poor])
     assert "25% to 25% of the answers" in text
-    assert "misses 1 contacts and finds 2 that are none; discs overlap by up to 1e-4 R (generic)" in text
+    assert "misses 1 contacts and invents 2; discs overlap by up to 1e-4 R (generic)" in text
     exact, depth = part.query_claims([replace(good, wrong=3, missed=1, false=1), poor])
     assert exact.measured == "3 of 400 queries differ from the integer one: 1 contacts missed, 1 invented"
     assert (exact.holds, depth.holds) == (False, True)

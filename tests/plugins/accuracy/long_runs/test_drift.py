@@ -1,4 +1,4 @@
-"""What a long run loses: its readings, and the contacts under other clocks."""
+"""The losses of a long run: its readings, and the contacts under other clocks."""
 
 import pytest
 

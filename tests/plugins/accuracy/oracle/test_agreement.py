@@ -1,4 +1,4 @@
-"""Runs against the oracle: what agrees, what is noticed when it does not, and the hard scenes one by one."""
+"""Runs against the oracle: agreement, reports of differences, and the hard scenes one by one."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -87,7 +87,7 @@ def compared(run: tuple[kt.Simulation, Any], contacts: Any, end: float = 0.5) ->
 
 
 def later(contacts: Any, ticks: int) -> Any:
-    """Return contacts that all come some ticks later."""
+    """Returns contacts that all come some ticks later."""
     moved = contacts.copy()
     carry, moved["tick"] = np.divmod(moved["tick"] + ticks, 2**52)
     moved["epoch"] += carry
@@ -224,7 +224,7 @@ def test_a_jam_ends_the_oracle() -> None:
 @pytest.mark.parametrize("kind", ["dyadic", "non-dyadic"])
 @pytest.mark.small
 def test_where_lattices_part_from_the_oracle_there_is_a_reason(kind: str, turns: int, seeds: int) -> None:
-    """Rounding takes a tie apart, a graze is lost to it, or chaos has begun; few are undecidable."""
+    """Rounding splits a tie, a graze is lost to it, or chaos has begun; few are undecidable."""
     agree = undecided = 0
     strange = []
     for seed in range(seeds):

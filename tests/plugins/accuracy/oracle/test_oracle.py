@@ -85,7 +85,7 @@ def test_two_roots_are_compared_by_squaring() -> None:
 
 
 def congruent(order: Iterable[int]) -> kt.Scene:
-    """Return two pairs, one a copy of the other farther up: they meet obliquely at one irrational time."""
+    """Returns two pairs, one a copy of the other farther up: they meet obliquely at one irrational time."""
     position = np.array([[0.25, 0.25], [0.75, 0.3125], [0.25, 1.25], [0.75, 1.3125]])
     velocity = np.array([[1.0, 0.0], [-1.0, 0.0]] * 2)
     chosen = list(order)

@@ -1,4 +1,4 @@
-"""The certifier's arithmetic: what a product loses, and lower bounds of contact times."""
+"""The certifier's arithmetic: the error of a product, and lower bounds of contact times."""
 
 import json
 from pathlib import Path

@@ -135,14 +135,14 @@ def test_the_end(gas):
 
 FORGED = {
     "dropped": (lambda log: np.delete(log, 40), "before it comes body"),
-    "added": (lambda log: np.insert(log, 40, log[10]), "what comes next is body"),
+    "added": (lambda log: np.insert(log, 40, log[10]), "next is body"),
     "a tick later": (lambda log: moved_by(log, 1), "its tick should be epoch .*, 1 tick earlier"),
     "a tick earlier": (lambda log: moved_by(log, -1), "its tick should be epoch .*, 1 tick later"),
     "much later": (lambda log: moved_by(log, 10**6), "1,000,000 ticks earlier"),
     "swapped": (lambda log: log[[*range(40), 41, 40, *range(42, len(log))]], "comes too early: before it"),
-    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; what comes next"),
+    "another body": (lambda log: with_field(log, "a", 0, "b", 24), "these two do not meet; next"),
     "a false time": (lambda log: with_field(log, "time", np.nextafter(log["time"][40], 9.0)), "of its tick"),
-    "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not that of its tick"),
+    "no time": (lambda log: with_field(log, "time", np.nan), "is nan, and not the time of its tick"),
     "twice": (lambda log: np.insert(log, 40, log[39]), "these two have just met, at|the wall that"),
     "another wall": (lambda log: with_field(log, "b", -4 if log["b"][40] != -4 else -1), "the wall that it"),
 }
@@ -161,7 +161,7 @@ def moved_by(log, ticks):
 
 @cache
 def certified(unit):
-    """Return a scene and its contacts, on a clock of its own, which are right."""
+    """Returns a scene and its contacts, on a clock of its own, which are right."""
     scene = kt.make_scene("grid", bodies=25, density=0.5, speed=3.0).replace(unit=unit)
     sim = kt.Simulation(scene, "naive")
     sim.run(until=0.25)

@@ -20,7 +20,7 @@ FEWER = {"figure-10": 40, "figure-11": 40, "figure-16": 40, "grid": 40, "grown":
 
 
 def is_certified(scene: kt.Scene, until: float, most: int) -> bool:
-    """Returns whether the list of a run is right, to its end where it comes before these contacts."""
+    """Returns True if the list of a run is right, to its end where it comes before these contacts."""
     sim = kt.Simulation(scene, "naive")
     ran = False
     with contextlib.suppress(ZenoError, Refused):

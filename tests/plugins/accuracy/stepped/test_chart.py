@@ -1,4 +1,4 @@
-"""The chart of speed against error: what is counted, what is said, and that it is drawn."""
+"""The chart of speed against error: its counts, its sentences, and its drawing."""
 
 import json
 import re
@@ -206,14 +206,14 @@ def test_the_chart_is_drawn_and_names_every_method() -> None:
 
 
 def committed() -> dict[str, Any]:
-    """Return what the chart of README says that it is of."""
+    """Returns the subject of README's chart, from its metadata."""
     (text,) = re.findall(r"<dc:description>(.*?)</dc:description>", CHART.read_text(encoding="utf-8"))
     said: dict[str, Any] = json.loads(unescape(text))
     return said
 
 
 def test_the_chart_of_readme_has_the_methods_that_there_are() -> None:
-    # It was of three phases, of which one had become ten times as fast, and nothing said so.
+    # It was of three phases; one had become ten times as fast, and nothing said so.
     effort, said = EFFORTS["normal"], committed()
     assert (said["bodies"], said["density"]) == (400, 0.25)
     assert list(said["kinetic"]) == list(BUILT_IN)

@@ -1,4 +1,4 @@
-"""The engines: that they run the scene they are given, and tell what they find."""
+"""The engines: they run the given scene, and report their results."""
 
 from collections.abc import Sequence
 

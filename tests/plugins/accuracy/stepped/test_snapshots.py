@@ -1,4 +1,4 @@
-"""The pseudo-dynamic method: that it is what it says, no better and no worse."""
+"""The pseudo-dynamic method: its stated properties, no better and no worse."""
 
 import math
 
@@ -30,7 +30,7 @@ def mixed(bodies: int = 30, seed: int = 1) -> kt.Scene:
 
 
 def by_all_pairs(scene: kt.Scene, dt: float, steps: int) -> list[tuple[int, int, int]]:
-    """Return (step, a, b) of contacts by the plainest loop: all pairs at each snapshots, left to right."""
+    """Returns (step, a, b) of contacts by the plainest loop: all pairs at each snapshots, left to right."""
     x, v, r, m = scene.position.copy(), scene.velocity.copy(), scene.radius, scene.mass
     contacts = []
     for step in range(1, steps + 1):
@@ -93,7 +93,7 @@ def test_single_encounters_have_no_impulse_as_often_as_theory_says(step: float, 
 
 
 def single_encounters(step: float, pairs: int = 20_000) -> float:
-    """Return the share of encounters without an impulse, with v dt = ``step`` sigma.
+    """Returns the share of encounters without an impulse, with v dt = ``step`` sigma.
 
     Pairs stand far apart, one disc at rest and one that flies past it, with impact parameters from 0 to 1 and
     phases spread evenly.

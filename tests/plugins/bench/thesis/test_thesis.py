@@ -32,7 +32,7 @@ ERROR_BARS = {(0.5, 25): 51, (0.5, 100): 311, (0.5, 400): 991}
 
 
 def rates(phase: str, density: float, bodies: int, until: float) -> tuple[float, float]:
-    """Return bound events and collisions in a unit of time, means over six seeds."""
+    """Returns bound events and collisions in a unit of time, means over six seeds."""
     bound = collisions = 0
     for seed in range(1, 7):
         scene = kt.make_scene("grid", bodies=bodies, density=density, seed=seed)
@@ -57,7 +57,7 @@ def test_bound_events_are_those_of_another_implementation(density, bodies):
     assert_near(rates("sweep-tiling", density, bodies, 1.0)[0], density, bodies)
 
 
-# Small runs, with plain hooks but for what is not run here
+# Small runs, with plain hooks but for those that are not run here
 
 PHASES = ["naive", ("sap-1d", {"axis": "y"}), "sweep-tiling"]
 PART = {"seeds": 2, "until": 0.2, "seconds": 1e-6, "repeats": 3}
@@ -147,7 +147,7 @@ def test_both_figures_are_drawn(small, tmp_path, no_run):
 
 
 def test_every_phase_has_a_look_of_its_own():
-    """Of six phases the fifth and the sixth had those of the first and the second."""
+    """The fifth and the sixth of six phases had the looks of the first and the second."""
     assert len({marker for _, marker, _ in LOOKS}) == len(LOOKS) >= len(bench_thesis_module.PHASES)
 
 

@@ -1,9 +1,9 @@
-// The view: a centre and a scale, in pixels a length. The centre is x + dx, y + dy, where dx is what the double
-// x cannot hold: so one can zoom in until the last bit of a coordinate is a wide strip, and still pan.
+// The view: a centre and a scale, in pixels a length. The centre is x + dx, y + dy, where dx is the part that the
+// double x cannot hold: so one can zoom in until the last bit of a coordinate is a wide strip, and still pan.
 
 import { twoProduct, twoSum } from "../run/doubles.mjs";
 
-/** |d| - r for d = (dx + ex, dy + ey), e being small: without the loss of the difference. */
+/** |d| - r for d = (dx + ex, dy + ey), e being small: without the cancellation of the difference. */
 export function gap(dx, dy, r, ex = 0, ey = 0) {
   const [xx, lackX] = twoProduct(dx, dx);
   const [yy, lackY] = twoProduct(dy, dy);
@@ -16,7 +16,7 @@ export function gap(dx, dy, r, ex = 0, ey = 0) {
   return squares / (length + r) + (dx * ex + dy * ey) / length;
 }
 
-/** The gap between the surfaces of two discs at [x, y] with radii; negative where they overlap. */
+/** The gap between the surfaces of two discs at [x, y] with radii; negative if they overlap. */
 export function gapOf([ax, ay], ar, [bx, by], br) {
   const [dx, ex] = twoSum(bx, -ax);
   const [dy, ey] = twoSum(by, -ay);
@@ -29,7 +29,7 @@ export class Camera {
     Object.assign(this, { x: 0, y: 0, dx: 0, dy: 0, scale: 1, box: null });
   }
 
-  /** Show a box [left, bottom, right, top] in a window of so many pixels; it is kept until another view is chosen. */
+  /** Shows a box [left, bottom, right, top] in a window of this size in pixels; it stays until another view is chosen. */
   fit(box, width, height) {
     const [left, bottom, right, top] = box;
     this.look((left + right) / 2, (bottom + top) / 2);
@@ -38,19 +38,19 @@ export class Camera {
     this.scale = 0.95 * Math.min(width / wide, height / high);
   }
 
-  /** Put the centre at a point, and a little beside it. */
+  /** Puts the centre at a point, plus a small difference. */
   look(x, y, dx = 0, dy = 0) {
     [this.x, this.dx] = twoSum(x, dx);
     [this.y, this.dy] = twoSum(y, dy);
     this.box = null;
   }
 
-  /** Move the view by pixels: right and up. */
+  /** Moves the view by pixels: right and up. */
   pan(right, up) {
     this.look(this.x, this.y, this.dx + right / this.scale, this.dy + up / this.scale);
   }
 
-  /** Zoom by a factor; the point at so many pixels right of and above the centre stays. */
+  /** Zooms by a factor; the point at this distance in pixels right of and above the centre stays. */
   zoom(factor, right = 0, up = 0) {
     const scale = Math.min(Math.max(this.scale * factor, 1e-60), 1e60);
     this.pan(right - (right * this.scale) / scale, up - (up * this.scale) / scale);
@@ -62,7 +62,7 @@ export class Camera {
     return [(x - this.x - this.dx) * this.scale, (y - this.y - this.dy) * this.scale];
   }
 
-  /** From the centre to a disc: gap to its surface in lengths, and the direction [ux, uy] of its centre. */
+  /** From the centre to a disc: the gap to its surface in lengths, and the direction [ux, uy] of its centre. */
   toDisc(x, y, r) {
     const [hx, lx] = twoSum(x, -this.x);
     const [hy, ly] = twoSum(y, -this.y);
@@ -73,7 +73,7 @@ export class Camera {
 
 /**
  * The edge of a huge disc near the centre, as points in pixels right and up, from one side to the other, within
- * about `reach` pixels; null where it does not come so near.
+ * about `reach` pixels; null if it is not so near.
  */
 export function edge(camera, x, y, r, reach, points = 65) {
   const { gap: away, ux, uy } = camera.toDisc(x, y, r);
@@ -89,7 +89,7 @@ export function edge(camera, x, y, r, reach, points = 65) {
   return found;
 }
 
-/** What of a line between two points [x, y] lies in the square of points up to `limit`: two points, or none. */
+/** The part of a line between two points [x, y] in the square of points up to `limit`: two points, or []. */
 export function clip([ax, ay], [bx, by], limit) {
   let [first, last] = [0, 1];
   for (const [at, way] of [[ax, bx - ax], [ay, by - ay]]) {

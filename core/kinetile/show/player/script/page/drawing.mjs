@@ -1,33 +1,33 @@
-// What is seen of the scene: bodies, structure, plans. Lines that look alike are one
-// path: a canvas is quick with few long paths, and slow with many short ones.
+// Drawings of the scene: bodies, structure, plans. Lines that look alike are one path: a canvas is quick with few long
+// paths, and slow with many short ones.
 
 import { HUGE, SMALL, addArea, addBody, addLine, boxOf, fillSmall } from "./paper.mjs";
 import { GROUPS } from "../run/events.mjs";
 import { KINDS } from "../run/rows.mjs";
 import { SHAPES } from "../run/structure.mjs";
 
-const MANY = 300; // shapes that look alike: from here on their lines are a pixel wide, which is drawn far quicker
+const MANY = 300; // shapes that look alike: more have lines a pixel wide, which are far quicker
 
-/** So many kinds have a colour of their own; the next ones begin with the first again. */
+/** The number of kinds with a colour of their own; the next kinds begin with the first colour again. */
 export const KIND_COLOURS = 6;
 
-export const CROWDED = 3000; // shapes of a structure: more are drawn only around a body, where one is selected
-const READABLE = 9; // pixels: a disc of such a radius has its number in it
+export const CROWDED = 3000; // shapes of a structure: more are drawn only around a body, if one is selected
+const READABLE = 9; // pixels: the least radius of a disc that shows its number
 
 const GROUP_OF = KINDS.map((kind) => Object.keys(GROUPS).find((group) => group !== "all" && GROUPS[group].includes(kind)));
 
-/** The group of a kind of event, by its number: what it is coloured by. */
+/** The group of a kind of event, by its number: it has the colour of the group. */
 export function groupOf(kind) {
   return GROUP_OF[kind];
 }
 
-/** The colour of a body: by its kind where there are several, else by whether it can be moved. */
+/** The colour of a body: by its kind if there are several; else one for movable bodies, one for fixed ones. */
 function colourOf({ kind, mass }, body, theme) {
   if (kind) return theme.kinds[(kind[body] ?? 0) % theme.kinds.length];
   return mass[body] === Infinity ? theme.fixed : theme.body;
 }
 
-/** All bodies of a run: bodies {radius, mass, outline}, places and who is there; `marked` are drawn over the others. */
+/** Draws all bodies of a run: bodies {radius, mass, outline}, places and presence; `marked` ones over the others. */
 export function drawBodies(view, bodies, places, there, theme, marked) {
   const { pen, camera } = view;
   const add = (body) => addBody(view, places.x[body], places.y[body], bodies.radius[body] || 0, bodies.outline[body]); // NaN: unknown
@@ -65,7 +65,7 @@ function drawEdge(pen, line, width) {
   pen.stroke();
 }
 
-/** One body by itself; with a `tint` over its colour, through which its number can be read. */
+/** Draws one body alone; with a `tint` over its colour that keeps its number readable. */
 function drawBody({ pen }, add, filling, line, width, tint) {
   pen.beginPath();
   if (!add()) return;
@@ -80,7 +80,7 @@ function drawBody({ pen }, add, filling, line, width, tint) {
   }
 }
 
-/** The numbers of the bodies in which there is room, over all else. */
+/** Draws the numbers of the bodies that have room for them, over all else. */
 export function drawNumbers({ pen, camera, width, height }, bodies, places, there, theme) {
   pen.font = "11px system-ui, sans-serif";
   pen.lineJoin = "round";
@@ -100,9 +100,9 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
 }
 
 /**
- * The structure after so many events: what lies under the bodies, or over them (`over`). What fails next and what
- * has come with the last event have looks of their own; what is only scheduled anew has a wider line. Of a crowded
- * structure only what hangs on the body `around` is drawn, unless that is null.
+ * Draws the structure after a number of events: its shapes under the bodies, or over them (`over`). The shapes that fail
+ * next and those that the last event created have looks of their own; a rescheduled shape has a wider line. For a crowded
+ * structure only the shapes of the body `around` are drawn, unless that is null.
  */
 export function drawStructure(view, structure, done, places, { looks, next, fresh, hidden, around }, over) {
   const { pen } = view;
@@ -123,7 +123,7 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
   }
 }
 
-/** One shape that a reader has picked, over the others. */
+/** Draws the picked shape over the others. */
 export function drawPicked(view, structure, shape, places, theme) {
   addShapes(view, structure, [shape], places, { filled: 0.3, colour: theme.groups.structural });
   view.pen.strokeStyle = theme.selected;
@@ -131,7 +131,7 @@ export function drawPicked(view, structure, shape, places, theme) {
   view.pen.stroke();
 }
 
-/** Fill shapes of a kind, with their images, and add them to a new path. Each is filled by itself: a path of many is slow to fill. */
+/** Fills shapes of a kind, with their images, and adds them to a new path. Each is filled alone: a path of many is slow to fill. */
 function addShapes(view, structure, shapes, places, look) {
   const { pen } = view;
   const kind = SHAPES[structure.shape[shapes[0]]];
@@ -175,7 +175,7 @@ function corners(structure, shape, places) {
   return [structure.coordinate(shape, at, places), structure.coordinate(shape, at + 1, places), structure.coordinate(shape, at + 2, places), structure.coordinate(shape, at + 3, places)];
 }
 
-/** A flight: points from an anchor to where the body is, in the middle, and on to where it will be; of a curve every second piece of that. */
+/** Draws a flight: points from an anchor to the body, in the middle, and on to its future position; of a curve every second piece. */
 export function drawFlight(view, points, colour) {
   const { pen } = view;
   const middle = (points.length - 1) / 2;
@@ -188,14 +188,14 @@ export function drawFlight(view, points, colour) {
   draw(0, middle);
   pen.stroke();
   const isCurved = middle > 1;
-  pen.setLineDash(isCurved ? [] : [6, 4]); // which would begin anew with each piece
+  pen.setLineDash(isCurved ? [] : [6, 4]); // dashes would start again with each piece
   pen.beginPath();
   draw(middle, 2 * middle, isCurved ? 2 : 1);
   pen.stroke();
   pen.setLineDash([]);
 }
 
-/** The edge of a body where it will be. */
+/** Draws the edge of a body at its future position. */
 export function drawOutline(view, x, y, radius, outline, colour) {
   const { pen } = view;
   pen.strokeStyle = colour;
@@ -206,7 +206,7 @@ export function drawOutline(view, x, y, radius, outline, colour) {
   pen.setLineDash([]);
 }
 
-/** A sentence in the corner of the picture, over all else. */
+/** Draws a sentence in the corner of the picture, over all else. */
 export function drawNote({ pen }, text, theme) {
   pen.font = "12px system-ui, sans-serif";
   pen.textAlign = "left";
@@ -217,7 +217,7 @@ export function drawNote({ pen }, text, theme) {
   pen.fillText(text, 8, 6);
 }
 
-/** The arena's walls; where axes are periodic, what is drawn then is cut off there, until the pen is restored. */
+/** Draws the arena's walls; periodic axes clip all later drawings there, until the pen is restored. */
 export function drawWalls(view, [width, height], colour, isPeriodic) {
   const { pen } = view;
   pen.beginPath();

@@ -1,4 +1,4 @@
-// What a reader's hands do: keys, buttons, pointers. And the beginning of it all.
+// Input: keys, buttons, pointers; and the start of the page.
 
 import { GROUPS } from "../run/events.mjs";
 import { load } from "../run/playback.mjs";
@@ -17,7 +17,7 @@ const pointOf = (event) => [event.clientX, event.clientY];
 
 const PAN = 60;
 
-/** What each key does; a capital letter or an arrow with Shift has "Shift " before it. */
+/** The action of each key; a capital letter or an arrow with Shift has "Shift " before it. */
 const KEYS = {
   " ": (player) => player.toggle(),
   ArrowRight: (player) => player.step(1),
@@ -121,14 +121,14 @@ function onKey(player, event) {
 }
 
 /**
- * Pointers: one drags, two zoom and move the view, a tap selects. A page has to be scrolled past its pictures, and
- * past a player in it: the wheel zooms with Ctrl, or after a click into the picture until the mouse leaves it; a
- * finger that goes up or down scrolls (touch-action in page.css).
+ * Pointers: one drags, two zoom and move the view, a tap selects. A reader has to scroll the page past its pictures, and
+ * past a player in it: so the wheel zooms with Ctrl, or after a click into the picture until the mouse leaves it, and a
+ * finger that moves up or down scrolls (touch-action in page.css).
  */
 function listen(player, canvas) {
   const fingers = new Map();
   let moved = 0;
-  let before = {}; // the view as it was when the first finger came
+  let before = {}; // the view before the first finger
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, pointOf(event));
@@ -160,12 +160,12 @@ function listen(player, canvas) {
     }
     const apart = (point) => Math.hypot(point[0] - other[0], point[1] - other[1]) || 1;
     const middle = [(now[0] + other[0]) / 2, (now[1] + other[1]) / 2];
-    pan(player, (was[0] - now[0]) / 2, (now[1] - was[1]) / 2); // as far as the middle of the two moves
+    pan(player, (was[0] - now[0]) / 2, (now[1] - was[1]) / 2); // by the move of the middle of the two
     zoom(player, apart(now) / apart(was), ...offset(canvas, middle));
   });
   const lift = (event) => {
     if (event.type === "pointercancel" && fingers.size === 1) {
-      Object.assign(player.camera, before); // the browser scrolls the page by this finger: it was none for the view
+      Object.assign(player.camera, before); // the browser scrolls the page by this finger: the view stays
       player.changed();
     }
     const taps = fingers.delete(event.pointerId) && moved <= 4 && event.type === "pointerup";
@@ -177,7 +177,7 @@ function listen(player, canvas) {
   canvas.addEventListener("pointercancel", lift);
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
-      if (event.touches.length > 1) event.preventDefault(); // two fingers are for the view, whichever way they go
+      if (event.touches.length > 1) event.preventDefault(); // two fingers move the view, in all directions
     }, { passive: false });
   }
   canvas.addEventListener("wheel", (event) => {
@@ -187,19 +187,19 @@ function listen(player, canvas) {
   }, { passive: false });
 }
 
-const SLOP = 16; // pixels: a browser decides after 15 at most whether a finger scrolls, and says so by pointercancel
+const SLOP = 16; // pixels: after at most 15 a browser decides that a finger scrolls, and sends pointercancel
 
 /**
- * A pointer goes to moments of a canvas, at a fraction of the time by pixels from the left and the part of the height:
- * a mouse at once; a finger when it is lifted, or when it goes sideways, if it `drags`. One that goes up or down scrolls
- * the page (touch-action in page.css), and the moment stays.
+ * A pointer moves the present moment on a canvas: `fractionAt` is the fraction of the time, from pixels from the left and
+ * the part of the height. A mouse does so at once; a finger when it is lifted, or when it moves sideways, if it `drags`.
+ * A finger that moves up or down scrolls the page (touch-action in page.css), and the moment stays.
  */
 function listenForMoments(player, canvas, fractionAt, drags) {
   const go = ({ clientX, clientY }) => {
     const { left, top, height } = canvas.getBoundingClientRect();
     player.seekFraction(fractionAt(clientX - left, (clientY - top) / height));
   };
-  let from = null; // where a finger came down that may scroll yet
+  let from = null; // the start of a finger that may still scroll
   canvas.addEventListener("pointerdown", (event) => {
     if (drags) canvas.setPointerCapture(event.pointerId);
     from = event.pointerType === "touch" ? pointOf(event) : null;
@@ -221,7 +221,7 @@ function listenForMoments(player, canvas, fractionAt, drags) {
   });
 }
 
-/** At first there are few controls: the others, and in a frame of another page the tables, are behind a button. */
+/** At first there are few controls: a button shows the others, and in a frame of another page the tables. */
 function beginWithFew(player) {
   const { classList } = document.documentElement;
   classList.add("few");
@@ -233,12 +233,12 @@ function beginWithFew(player) {
   });
 }
 
-/** Begin: decode what the page holds, and wire it up. */
+/** Starts the page: decodes its content, and connects the controls. */
 export async function begin() {
   const held = JSON.parse($("recording").textContent);
   const player = new Player(held, await load(held));
   beginWithFew(player);
-  window.kinetilePlayer = player; // for whoever looks on from a console
+  window.kinetilePlayer = player; // for the browser's console
   player.panes.forEach((canvas) => listen(player, canvas));
   listenForMoments(player, $("timeline"), (right) => player.timeline.fraction(right), true);
   listenForMoments(player, $("spacetime"), (_, down) => player.spaceTime.timeAt(down), false);
@@ -255,7 +255,7 @@ export async function begin() {
   $("engine").addEventListener("change", () => player.trial.fork(() => ""));
   $("goto").addEventListener("change", (event) => player.goTo(event.target.value));
   document.addEventListener("click", ({ target, detail }) => {
-    if (detail && target.tagName === "BUTTON") target.blur(); // a click, not a key: Space is to play, not to press it again
+    if (detail && target.tagName === "BUTTON") target.blur(); // a click, not a key: Space has to play, not press again
   });
   const sizes = new ResizeObserver(() => player.resized());
   [...player.panes, $("timeline"), $("spacetime")].forEach((canvas) => sizes.observe(canvas));
@@ -266,7 +266,7 @@ export async function begin() {
   addEventListener("hashchange", () => followLink(player, location.hash));
   followLink(player, location.hash);
   legend(player);
-  $("loading").hidden = true; // and not removed: a page that is saved as it stands begins again
+  $("loading").hidden = true; // not removed: a saved copy of the present page needs it
   player.changed();
   requestAnimationFrame(() => requestAnimationFrame(() => {
     document.documentElement.dataset.ready = String(Math.round(performance.now())); // milliseconds to the first picture

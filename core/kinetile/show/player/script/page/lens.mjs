@@ -1,5 +1,5 @@
-// The proof lens: what is under the pointer in words; and of what is picked, its certificate as a formula and as a
-// graph of the gap over time, from now to a little after the tick at which it fails.
+// The proof lens: the item under the pointer in words; and the certificate of the picked item as a formula and as a
+// graph of the gap over time, from now to a little after the tick of its failure.
 
 import { prepare } from "./paper.mjs";
 import { $ } from "./tables.mjs";
@@ -11,7 +11,7 @@ import { SHAPES } from "../run/structure.mjs";
 const TOUCH = 5; // pixels from a line
 const SAMPLES = 80;
 
-/** What a shape is, whatever the tick at which its certificate fails. */
+/** The identity of a shape, without the failure of its certificate. */
 const lookOf = (structure, shape) => JSON.stringify({ ...structure.plain(shape), fails: null });
 
 /** The distance from the origin to the segment between two points. */
@@ -21,7 +21,7 @@ function toSegment([ax, ay], [bx, by]) {
   return Math.hypot(ax + part * dx, ay + part * dy);
 }
 
-/** Twice the signed area of a polygon, and whether it holds the origin: its edges cross the half-line to the right an odd number of times. */
+/** Twice the signed area of a polygon, and true if the origin is inside: its edges cross the half-line to the right an odd number of times. */
 export function areaAround(corners) {
   let [area, inside] = [0, false];
   corners.forEach(([ax, ay], at) => {
@@ -33,7 +33,7 @@ export function areaAround(corners) {
 }
 
 export class Lens {
-  /** `picked`: a shape of the run `at`, by what it is, or null. */
+  /** `picked`: a shape of the run `at`, by its identity, or null. */
   constructor(player) {
     Object.assign(this, { player, picked: null });
   }
@@ -45,7 +45,7 @@ export class Lens {
     this.picked = { at, role: structure.role[shape], body: bodiesOf(structure, shape)[0], look: lookOf(structure, shape), title: shapeInWords(structure, shape) };
   }
 
-  /** The shape that is picked in a pane, with its present certificate; null where it is not there. */
+  /** The picked shape in a pane, with its present certificate; null if it is not present. */
   shapeOf(at, structure, done) {
     const { picked } = this;
     if (picked?.at !== at) return null;
@@ -54,8 +54,8 @@ export class Lens {
   }
 
   /**
-   * The shape at a place of a pane, in pixels right of and above its middle: one that fails next, if its line or edge
-   * is near, for other lines are beside it; or the nearest line; or the smallest area; or null.
+   * The shape at a place of a pane, in pixels right of and above its middle: a shape that fails next, if its line or edge
+   * is near, because other lines are beside it; or the nearest line; or the smallest area; or null.
    */
   shapeAt(at, [right, up]) {
     const { player } = this;
@@ -87,7 +87,7 @@ export class Lens {
     return near.next[0] ?? near.line[0] ?? near.area[0];
   }
 
-  /** What is at a place of a pane, in words; nothing where nothing is. */
+  /** The item at a place of a pane, in words; empty without one. */
   nameAt(canvas, point) {
     const { player } = this;
     const at = player.panes.indexOf(canvas);
@@ -99,7 +99,7 @@ export class Lens {
     return `${title}: ${formula}`;
   }
 
-  /** The proof of what is picked; of a selected body, that which fails first; null where there is neither. */
+  /** The proof of the picked item, or the one of a selected body that fails first; null without both. */
   proof() {
     const { player, picked } = this;
     const { moment } = player.playback;
@@ -123,7 +123,7 @@ export class Lens {
     return { ...run, structure: this.player.structureOf(run) };
   }
 
-  /** Say what is picked, and draw its graph. */
+  /** Shows the picked item in words, and draws its graph. */
   tell() {
     const proof = this.proof();
     $("proof").hidden = proof === null;

@@ -1,10 +1,10 @@
-// The address of a moment: page.html#t=epoch:tick&body=number. Of several events in one tick, event=number is the
+// The address of a moment: page.html#t=epoch:tick&body=number. If several events share a tick, event=number is the
 // count of all events that are done in the first run. page.html#try opens with *Try it* switched on.
 
 import { TICKS, compare } from "../run/clock.mjs";
 import { eventsAt, momentOfEvent } from "../run/events.mjs";
 
-/** The part of an address, the # and what follows, that leads to what a player shows. */
+/** The part of an address, from the # on, that leads to the present state of a player. */
 export function linkOf({ playback, selected }) {
   const [{ events, done }] = playback.runs;
   const [epoch, tick] = playback.moment;
@@ -12,7 +12,7 @@ export function linkOf({ playback, selected }) {
   return `#t=${epoch}:${tick}${done === usual ? "" : `&event=${done}`}${selected === null ? "" : `&body=${selected}`}`;
 }
 
-/** What such a part says: {moment, event, body}, null for what it does not name; null if it names no moment. */
+/** Reads such a part: {moment, event, body}, null for each without a value; null if it has no moment. */
 export function readLink(text) {
   const named = new URLSearchParams(text.slice(1));
   const number = (found) => (/^\d+$/.test(found ?? "") && Number.isSafeInteger(Number(found)) ? Number(found) : null);
@@ -21,7 +21,7 @@ export function readLink(text) {
   return { moment, event: number(named.get("event")), body: number(named.get("body")) };
 }
 
-/** Go where an address leads; an address without such a part, or of what is shown already, leads nowhere. */
+/** Follows an address; an address without such a part, or of the present state, changes nothing. */
 export function followLink(player, text) {
   if (text === player.ownLink) return void (player.ownLink = null);
   if (text.length < 2 || text === linkOf(player)) return;
@@ -41,13 +41,13 @@ export function followLink(player, text) {
   player.arrive();
 }
 
-/** Put the address of what a player shows into the clipboard and into the page's own address. */
+/** Puts the address of the present state into the clipboard and into the page's own address. */
 export async function copyLink(player) {
   const link = linkOf(player);
   const { href } = location;
   const whole = href.startsWith("about:") ? link : href.split("#")[0] + link; // a notebook's page has no address
   try {
-    if (location.hash !== link) player.ownLink = location.hash = link; // its event comes when time may have moved on
+    if (location.hash !== link) player.ownLink = location.hash = link; // its event may be sent after time has moved on
     await navigator.clipboard.writeText(whole);
     player.say(`the link to this moment${player.trial.recorded ? " of the recorded run" : ""} is copied`);
   } catch {

@@ -1,11 +1,11 @@
-// The matrix that a phase keeps: which two bodies share what; beside the scene, for it has no place there.
+// The matrix that a phase keeps: the relations of all pairs of bodies. It is beside the scene: it has no place there.
 
 import { prepare } from "./paper.mjs";
 
 const FRAME = 22; // pixels, for the numbers of rows and columns
 const LETTER = 11; // pixels of a square with a letter in it
 
-/** Draw the entries of a matrix {a, b, role, label, fresh}, of the bodies that are there; `marked` are its rows. */
+/** Draws the entries of a matrix {a, b, role, label, fresh} for the present bodies; `marked` are its marked rows. */
 export function drawMatrix(canvas, entries, there, { looks, fresh }, theme, marked) {
   const { pen, width, height } = prepare(canvas, devicePixelRatio);
   const bodies = [...there.keys()].filter((body) => there[body]);

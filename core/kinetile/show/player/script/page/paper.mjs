@@ -1,17 +1,17 @@
-// A canvas to draw on, and lines on it: of a disc, a body, an area, a line. What is not in sight is left out.
+// A canvas, and paths on it: of a disc, a body, an area, a line. Invisible parts are left out.
 
 import { clip, edge } from "./camera.mjs";
 
 export const HUGE = 20000; // pixels: beyond, a canvas no longer draws circles truly
 
-const TINY = 2.5; // pixels: a disc below this radius is drawn as a square, which nobody can tell from it
+const TINY = 2.5; // pixels: a disc below this radius is drawn as a square, which looks the same
 
 // Pixels: the greatest radius at which a square, or a wide and a high rectangle, fills all within the edge of a disc and
 // has its corners under that edge. Without a GPU, one path of thousands of arcs is much slower to fill.
 const SQUARE = 2.9;
 export const SMALL = 4.9;
 
-/** The canvas as drawn on: its context, and its size in CSS pixels. */
+/** The canvas as a view: its context, and its size in CSS pixels. */
 export function prepare(canvas, ratio) {
   const width = canvas.clientWidth;
   const height = canvas.clientHeight;
@@ -25,9 +25,9 @@ export function prepare(canvas, ratio) {
   return { pen, width, height };
 }
 
-/** A picture under what moves: it is drawn anew only for another key, colours or size. */
+/** The picture under the moving parts: it is redrawn only for another key, other colours or another size. */
 export class Backdrop {
-  /** Show it on a canvas, and return that as drawn on. */
+  /** Shows it on a canvas, and returns the canvas as a view. */
   show(canvas, theme, key, draw) {
     const view = prepare(canvas, devicePixelRatio);
     const { pen, width, height } = view;
@@ -48,17 +48,17 @@ export class Backdrop {
 
 const within = (pixels) => Math.min(Math.max(pixels, -1e6), 1e6);
 
-/** Where a coordinate of the scene is on the canvas. */
+/** The position of a coordinate of the scene on the canvas. */
 export function across({ camera, width }, x) {
   return width / 2 + within((x - camera.x - camera.dx) * camera.scale);
 }
 
-/** Where a height of the scene is on the canvas: y goes down there. */
+/** The position of a height of the scene on the canvas, whose y axis points down. */
 export function down({ camera, height }, y) {
   return height / 2 - within((y - camera.y - camera.dy) * camera.scale);
 }
 
-/** Add a disc to the path: whole, or the part of its edge that is near. Return whether it can be seen. */
+/** Adds a disc to the path: whole, or the part of its edge that is near. Returns true if it is visible. */
 export function addDisc(view, x, y, r) {
   const { pen, camera, width, height } = view;
   const [right, up] = camera.see(x, y);
@@ -77,7 +77,7 @@ export function addDisc(view, x, y, r) {
   const points = edge(camera, x, y, r, reach);
   if (points === null) {
     if (Math.hypot(right, up) > radius) return false;
-    pen.rect(0, 0, width, height); // far inside of it
+    pen.rect(0, 0, width, height); // far inside it
     return true;
   }
   const { ux, uy } = camera.toDisc(x, y, r);
@@ -92,7 +92,7 @@ export function addDisc(view, x, y, r) {
   return true;
 }
 
-/** Fill what is within the edge of a small disc, or square: the edge is a pixel wide, and is drawn over it. */
+/** Fills the inside of a small disc, or square: its edge is a pixel wide, and is drawn over the filling. */
 export function fillSmall(view, x, y, r) {
   const { pen, camera } = view;
   const [left, top] = [across(view, x), down(view, y)];
@@ -103,14 +103,14 @@ export function fillSmall(view, x, y, r) {
   if (short < long) pen.fillRect(left - short, top - long, 2 * short, 2 * long);
 }
 
-/** Add a body to the path: its outline at its place, or a disc where it has none. Return whether it can be seen. */
+/** Adds a body to the path: its outline at its place, or a disc without one. Returns true if it is visible. */
 export function addBody(view, x, y, radius, outline) {
   if (!outline) return addDisc(view, x, y, radius);
   addArea(view, outline.map(([right, up]) => [x + right, y + up]));
   return true;
 }
 
-/** A rectangle of the scene on the canvas: left, top, width, height; null where none of it can be seen. */
+/** A rectangle of the scene on the canvas: left, top, width, height; null if it is invisible. */
 export function boxOf(view, x, y, otherX, otherY) {
   const [one, other] = [across(view, x), across(view, otherX)];
   const [low, high] = [down(view, y), down(view, otherY)];
@@ -120,14 +120,14 @@ export function boxOf(view, x, y, otherX, otherY) {
   return [left, top, width, height];
 }
 
-/** Add an area to the path, by its corners [x, y] in the scene. */
+/** Adds an area to the path, by its corners [x, y] in the scene. */
 export function addArea(view, corners) {
   const { pen } = view;
   corners.forEach(([x, y], at) => (at ? pen.lineTo(across(view, x), down(view, y)) : pen.moveTo(across(view, x), down(view, y))));
   pen.closePath();
 }
 
-/** Add a line of the scene to the path: what of it is near. Frames have thousands: nothing is allocated for most. */
+/** Adds the near part of a line of the scene to the path. Frames have thousands: most allocate nothing. */
 export function addLine(view, x, y, otherX, otherY) {
   const { pen, camera, width, height } = view;
   let [ax, ay] = [(x - camera.x - camera.dx) * camera.scale, (y - camera.y - camera.dy) * camera.scale];

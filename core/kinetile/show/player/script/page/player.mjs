@@ -1,4 +1,4 @@
-// The state of the page: what plays, what is selected, where one looks; and what is seen of it.
+// The state of the page: playing, selection, view; and the drawing of it.
 
 import { Camera, gapOf, nearest } from "./camera.mjs";
 import { CROWDED, KIND_COLOURS, drawBodies, drawFlight, drawNote, drawNumbers, drawOutline, drawPicked, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
@@ -17,16 +17,16 @@ import { Playback } from "../run/playback.mjs";
 import { KINDS } from "../run/rows.mjs";
 import { Sentences } from "../run/sentences.mjs";
 
-/** How fast time may pass at most, in parts of the speed at first: a whole recording within a frame. */
+/** The greatest speed of time, in parts of the initial speed: a whole recording within a frame. */
 const FASTEST = 2 ** 12;
 
-/** Lines that a drawn parabola has, from an anchor to now, and from now on. */
+/** Lines of a drawn parabola, from an anchor to now, and from now on. */
 const CURVED = 48;
 
-/** How slowly, at least: of a recording of one unit of the clock, a frame is a few ticks. */
+/** The least speed: in a recording of one unit of the clock, a frame is a few ticks. */
 const SLOWEST = 2 ** -40;
 
-/** Colours, as the style sheet has them. */
+/** The colours of the style sheet. */
 export function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
@@ -42,7 +42,7 @@ function boxAround(points) {
   return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
 }
 
-/** The state of the page, what a reader can do, and what is seen of it. */
+/** The state of the page, the actions of a reader, and the drawing. */
 export class Player {
   constructor(held, { bodies, runs }) {
     Object.assign(this, { held, selected: held.select, follows: false, structured: true });
@@ -64,7 +64,7 @@ export class Player {
     if (held.open) this.playback.seek(held.open);
   }
 
-  /** Take runs to be played, as the page holds them or as they were computed in it, until a moment. */
+  /** Sets the runs to be played, from the page's content or computed in it, until a moment. */
   hold(bodies, runs, end = this.held.end) {
     const { held } = this;
     bodies.outline = held.shape.map((shape) => held.shapes[shape]?.outline ?? null);
@@ -81,26 +81,26 @@ export class Player {
     this.race = new Race(document.getElementById("race"), this);
   }
 
-  /** Fit a box to the panes, of which one may be smaller. */
+  /** Fits a box to the panes; one of them may be smaller. */
   fit(box = this.held.box) {
     const [width, height] = ["clientWidth", "clientHeight"].map((size) => Math.min(...this.panes.map((canvas) => canvas[size])));
     this.camera.fit(box, width, height);
   }
 
-  /** The window has another size: a box that was fitted to it is fitted again, and any other view stays. */
+  /** After a change of the window's size, fits a fitted box again; any other view stays. */
   resized() {
     if (this.camera.box) this.fit(this.camera.box);
     this.changed();
   }
 
-  /** The time as a double: of a moment that was typed, what was typed, which may lie within its tick. */
+  /** The time as a double; for a typed moment, the typed time, which may lie within its tick. */
   time() {
     const { moment } = this.playback;
     if (this.typed && compare(this.typed.moment, moment) === 0) return this.typed.time;
     return timeOf(moment, this.held.start, this.held.unit);
   }
 
-  // What a reader does
+  // Actions of a reader
 
   toggle() {
     this.playing = this.playing ? 0 : performance.now();
@@ -119,7 +119,7 @@ export class Player {
     this.changed();
   }
 
-  /** Somebody has gone to a moment: say what it is, unless time runs on from it. */
+  /** After a jump to a moment, describes it, unless time runs on from it. */
   arrive() {
     if (!this.playing) this.say(this.momentInWords());
     this.changed();
@@ -138,27 +138,27 @@ export class Player {
     return where === "the beginning" ? where : `${where}, time ${this.time()}`;
   }
 
-  /** Where a moment is at which nothing happens, in words. */
+  /** The position of a moment without an event, in words. */
   between() {
     const { moment, begin, end } = this.playback;
     if (compare(moment, begin) === 0) return "the beginning";
     return compare(moment, end) === 0 ? "the end" : "between events";
   }
 
-  /** Go to just after an event of the first run. */
+  /** Goes to just after an event of the first run. */
   jump(event) {
     this.playback.jump(0, event);
     this.arrive();
   }
 
-  /** Make time pass faster or slower, by a power of two, within bounds. */
+  /** Makes time pass faster or slower, by a power of two, within bounds. */
   hasten(factor) {
     const { speed } = this.held;
     this.speed = Math.min(Math.max(this.speed * factor, SLOWEST * speed), FASTEST * speed);
     this.changed();
   }
 
-  /** Go to a time as it is written, exactly: the tick that it rounds down to. */
+  /** Goes to a written time, exactly: to the tick that it rounds down to. */
   goTo(text) {
     const time = Number(text);
     if (text.trim() === "" || !Number.isFinite(time)) return this.say(`${text} is no time`);
@@ -167,7 +167,7 @@ export class Player {
     return this.arrive();
   }
 
-  /** Go so far from a moment, in parts of the whole time. */
+  /** Goes this far from a moment, in parts of the whole time. */
   seekFraction(fraction, from = this.playback.begin) {
     const whole = elapsed(this.playback.end, ...this.playback.begin, this.held.unit);
     this.playback.seek(later(from, fraction * whole, this.held.unit));
@@ -182,7 +182,7 @@ export class Player {
     this.changed();
   }
 
-  /** Pick what is at a place of a canvas: a body, or a shape of the structure. */
+  /** Picks the item at a place of a canvas: a body, or a shape of the structure. */
   pickAt(canvas, point) {
     const body = this.bodyAt(canvas, point);
     const at = this.panes.indexOf(canvas);
@@ -205,8 +205,8 @@ export class Player {
   }
 
   /**
-   * Look at what happens: the gap between the two bodies of the present event; or what has come of the structure
-   * with it; or the gap to the selected body's next contact; or what fails next.
+   * Moves the view to the event: to the gap between the two bodies of the present event; or to the changes of the
+   * structure with it; or to the gap of the selected body's next contact; or to the shapes that fail next.
    */
   lookAtEvent() {
     const [{ motion }] = this.playback.runs;
@@ -223,19 +223,19 @@ export class Player {
       else if (other) this.camera.look(...this.shown([bx, by], nearest(other, -dx, -dy)));
       else this.camera.look(...this.shown([ax, ay], [dx * part, dy * part]));
     } else {
-      const room = 1.2 * Math.max(...this.bodies.radius.filter((radius) => radius > 0), 0); // a disc on each side
+      const room = 1.2 * Math.max(...this.bodies.radius.filter((radius) => radius > 0), 0); // room for a disc on each side
       this.fit([box[0] - room, box[1] - room, box[2] + room, box[3] + room]);
     }
     return this.changed();
   }
 
-  /** A place, and a little beside it, moved by periods to where it is drawn: images end at the borders. */
+  /** A place plus a small difference, moved by periods to where it is drawn: images end at the borders. */
   shown(place, beside) {
     const { periods } = this.held;
     return [...place.map((at, axis) => (periods[axis] ? at - periods[axis] * Math.floor((at + beside[axis]) / periods[axis]) : at)), ...beside];
   }
 
-  /** The box of what is new in the structure after the present event, or of what fails next; or null. */
+  /** The box of the shapes that the present event created, or of those that fail next; or null. */
   newsBox() {
     for (const run of this.playback.runs) {
       const structure = this.structureOf(run);
@@ -263,7 +263,7 @@ export class Player {
     document.getElementById("said").textContent = text;
   }
 
-  // What is seen
+  // Drawing
 
   changed() {
     if (!this.waiting) {
@@ -298,13 +298,13 @@ export class Player {
     if (this.playing) this.changed();
   }
 
-  /** The bound that the speed has reached, in words; or nothing. */
+  /** The bound that the speed has reached, in words; or an empty text. */
   bound() {
     if (this.speed === FASTEST * this.held.speed) return ", the fastest";
     return this.speed === SLOWEST * this.held.speed ? ", the slowest" : "";
   }
 
-  /** Events a second, where time runs evenly between them. */
+  /** Events a second, if time runs evenly between them. */
   pace() {
     return 2 * (this.speed / this.held.speed);
   }
@@ -316,8 +316,8 @@ export class Player {
   }
 
   /**
-   * The structure of a run now: as recorded, or else as computed; null where there is neither. While time runs, one
-   * that is hidden is not computed for its readings alone.
+   * The structure of a run now: as recorded, or else as computed; null without both. While time runs, a hidden structure is
+   * not computed for its readings alone.
    */
   structureOf(run) {
     if (run.structure && run.done <= run.structure.seen) return run.structure;
@@ -325,12 +325,12 @@ export class Player {
     return run.present.at(this.playback.moment, run.done, run.motion, this.placesOf(run)) ?? run.structure;
   }
 
-  /** Whether there is a structure to be seen, recorded or computed. */
+  /** True if there is a structure, recorded or computed. */
   get hasStructure() {
     return this.playback.runs.some(({ structure, present }) => structure || present.draw);
   }
 
-  /** The body around which alone a crowded structure is drawn; null: all of it is. */
+  /** A crowded structure is drawn only around this body; null: all of it is drawn. */
   around(structure, done) {
     return this.selected !== null && structure?.at(done).length > CROWDED ? this.selected : null;
   }
@@ -363,7 +363,7 @@ export class Player {
     if (!matrix.hidden) drawMatrix(matrix, structure?.entries(run.done) ?? [], there, held, theme, this.marks(run));
   }
 
-  /** Draw bodies at their places, and where axes are periodic at those of their images beside. */
+  /** Draws bodies at their places, and with periodic axes also their images beside them. */
   drawImages({ x, y }, draw) {
     const [width, height] = this.held.periods;
     const turns = (period) => (period ? [-period, 0, period] : [0]);
@@ -374,7 +374,7 @@ export class Player {
     }
   }
 
-  /** The colours of the bodies that are selected, or in the present event. */
+  /** The colours of the bodies that are selected or in the present event. */
   marks(run) {
     const marks = new Map();
     for (const body of run.passing.at(run.done)) marks.set(body, { line: this.theme.groups.passings });
@@ -391,7 +391,7 @@ export class Player {
     return marks;
   }
 
-  /** A body's plan, through borders: to where it is, on to its next event, and the body there. */
+  /** Draws a body's plan, through borders: to its position, on to its next event, and the body there. */
   drawPlan(view, run, body) {
     const { bodies, theme, held: { periods } } = this;
     const points = this.plan(run, body);
@@ -400,7 +400,7 @@ export class Player {
     this.drawImages({ x, y }, (seen) => drawOutline(view, seen.x[0], seen.y[0], bodies.radius[body] || 0, bodies.outline[body], theme.selected));
   }
 
-  /** A body's plan: points from its anchor to where it is, in the middle, and on to its next event; on a parabola if it is accelerated. */
+  /** A body's plan: points from its anchor to its position, in the middle, and on to its next event; on a parabola if accelerated. */
   plan(run, body) {
     const { plans } = run.motion;
     let until = this.playback.end;
@@ -414,7 +414,7 @@ export class Player {
     return moments.map((each) => run.motion.flown(body, each, moment));
   }
 
-  /** What is between two bodies: where a passing of theirs begins or ends now, through its image, else through the nearest. */
+  /** The difference between two bodies: through the image of a passing that begins or ends now, else through the nearest. */
   apart(a, b, { motion } = this.playback.runs[0]) {
     const [run] = this.playback.runs;
     const image = run.passing.imageOf(this.playback.current(run));
@@ -430,7 +430,7 @@ export class Player {
     return gapOf(one, this.bodies.radius[a], there, this.bodies.radius[b]);
   }
 
-  /** Whether something may be drawn at a point in pixels right of and above the middle: images end at the borders. */
+  /** True if a point in pixels right of and above the middle may be drawn: images end at the borders. */
   isDrawnAt([right, up]) {
     const { held: { arena }, places: { periods }, camera: { x, y, dx, dy, scale } } = this;
     return !periods || [x + dx + right / scale, y + dy + up / scale].every((at, axis) => at >= 0 && at <= arena[axis]);

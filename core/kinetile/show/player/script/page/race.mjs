@@ -1,13 +1,13 @@
-// Several phases on one clock: how many certificates each has had to replace so far, and that their contacts are the
-// same. A digest of the contacts so far stands for each list; it is not the run's fingerprint, which is of all of them.
+// Several phases on one clock: the number of certificates that each has had to replace so far, and a comparison of their
+// contacts. A digest of the contacts so far stands for each list; it is not the run's fingerprint, which covers all.
 
 import { $, fill } from "./tables.mjs";
 import { timeOf } from "../run/clock.mjs";
 import { MET, firstDifference, inWords, momentOfEvent, withTime } from "../run/events.mjs";
 
-const LATEST = 3; // contacts that are named
+const LATEST = 3; // named contacts
 
-/** After so many events, how many contacts there were, and their digest: the 32 bits of FNV-1a over whole numbers. */
+/** After each number of events, the number of contacts and their digest: the 32 bits of FNV-1a over whole numbers. */
 export function digests({ count, kind, epoch, tick, a, b }) {
   const contacts = new Int32Array(count + 1);
   const digest = new Uint32Array(count + 1);
@@ -24,14 +24,14 @@ export function digests({ count, kind, epoch, tick, a, b }) {
 }
 
 export class Race {
-  /** `place`: the element of the table; hidden with one run, and where runs were computed in the page. */
+  /** `place`: the element of the table; hidden with one run, and if runs were computed in the page. */
   constructor(place, player) {
     Object.assign(this, { place, player });
     place.hidden = player.runs.length < 2 || player.runs[0].isComputed;
     if (!place.hidden) this.lists = player.playback.runs.map(({ events }) => digests(events));
   }
 
-  /** Say how far each is at the present moment. */
+  /** Shows the progress of each run at the present moment. */
   tell() {
     if (this.place.hidden) return;
     const { held, counts, playback: { runs } } = this.player;
@@ -52,7 +52,7 @@ export class Race {
       : this.difference(differs);
   }
 
-  /** The first contact that a run has otherwise than the first one. */
+  /** The first contact that differs between a run and the first run. */
   difference(which) {
     const { playback: { runs }, held } = this.player;
     const lists = [runs[0].events, runs[which].events];

@@ -1,16 +1,16 @@
 // A run in space and time: one coordinate of the bodies to the right, time upwards. A body is a band between its two
-// bounds, which cross where sweep-and-prune swaps, and have a kink at a contact. What space_time.py draws, of a run
-// that plays.
+// bounds, which cross where sweep-and-prune swaps, and have a kink at a contact. The same drawing as by space_time.py,
+// for a run that plays.
 
 import { Backdrop } from "./paper.mjs";
 import { between, elapsed, fractionOf } from "../run/clock.mjs";
 import { Motion } from "../run/motion.mjs";
 import { KINDS, givesPlans, isThereAfter } from "../run/rows.mjs";
 
-const SHEET = 1500; // rows of a run that are drawn together: more could not be told apart
+const SHEET = 1500; // rows of a run that are drawn together: more would be indistinguishable
 const PARTS = 16; // straight pieces of a parabola
 
-/** How far a body reaches below and above its place along an axis (0: x, 1: y). */
+/** The extents of a body below and above its place along an axis (0: x, 1: y). */
 function reachAlong(bodies, body, axis) {
   const outline = bodies.outline[body];
   if (!outline) return [bodies.radius[body] || 0, bodies.radius[body] || 0];
@@ -18,25 +18,25 @@ function reachAlong(bodies, body, axis) {
   return [-Math.min(...side), Math.max(...side)];
 }
 
-/** The part of the way between two bodies at which they touch: of discs by their radii, of other shapes the half. */
+/** The contact point as a part of the way between two bodies: for discs by their radii, for other shapes the half. */
 function partOf({ outline, radius }, a, b) {
   const whole = radius[a] + radius[b];
   return outline[a] || outline[b] || !(whole > 0) ? 0.5 : radius[a] / whole;
 }
 
 export class SpaceTime {
-  /** `axis`: "x" or "y", or "" where nothing is drawn. */
+  /** `axis`: "x" or "y", or "" without a drawing. */
   constructor(canvas, player) {
     Object.assign(this, { canvas, player, axis: "" });
   }
 
-  /** Draw along an axis. */
+  /** Draws along an axis. */
   show(axis) {
     this.axis = axis;
     this.canvas.hidden = !axis;
   }
 
-  /** The rows of the first run that are drawn, and the moments where they begin and end. */
+  /** The drawn rows of the first run, and the moments of their beginning and end. */
   sheet() {
     const { playback, runs: [{ rows }] } = this.player;
     const { done } = playback.runs[0].motion;

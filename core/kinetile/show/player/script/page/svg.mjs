@@ -1,4 +1,4 @@
-// A canvas that writes SVG: it takes what is drawn on a canvas, and keeps it as text.
+// A canvas that writes SVG: it accepts the calls of a canvas, and keeps them as text.
 
 const round = (number) => Number(number.toFixed(2));
 const escape = (text) => text.replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
@@ -11,7 +11,7 @@ class VectorPen {
     Object.assign(this, { name, path: "", elements: [], clips: 0, globalAlpha: 1, dashes: [], lineJoin: "miter", isVector: true });
   }
 
-  setTransform() {} // to the pixels of a screen, which a vector has not
+  setTransform() {} // to the pixels of a screen, which vectors do not have
 
   clearRect() {}
 
@@ -39,7 +39,7 @@ class VectorPen {
     this.path += `M${round(x)} ${round(y)}h${round(width)}v${round(height)}h${round(-width)}Z`;
   }
 
-  /** A whole circle: other arcs are not drawn here. The path is at its right end already. */
+  /** A whole circle: other arcs do not occur. The path is at its right end already. */
   arc(x, y, radius) {
     const r = round(radius);
     this.path += `a${r} ${r} 0 1 1 ${-2 * r} 0a${r} ${r} 0 1 1 ${2 * r} 0Z`;
@@ -76,7 +76,7 @@ class VectorPen {
     this.elements.push(`<clipPath id="${name}"><path d="${this.path}"/></clipPath><g clip-path="url(#${name})">`);
   }
 
-  /** The end of what is clipped: nothing else is saved here. */
+  /** Ends the clipping: nothing else is saved here. */
   restore() {
     this.elements.push("</g>");
   }
@@ -128,7 +128,7 @@ ${parts.join("\n")}
 `;
 }
 
-/** Save the present picture as a file of the reader's, named after its moment. */
+/** Saves the present picture as a file, named after its moment. */
 export function saveSvg(player) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([svgOf(player)], { type: "image/svg+xml" }));

@@ -1,4 +1,4 @@
-// What stands beside the picture in words and numbers.
+// Words and numbers beside the picture.
 
 import { KIND_COLOURS } from "./drawing.mjs";
 import { fractionOf, timeOf } from "../run/clock.mjs";
@@ -8,7 +8,7 @@ import { SHAPES, plural } from "../run/structure.mjs";
 /** An element of the page by its id. */
 export const $ = (id) => document.getElementById(id);
 
-/** How many events of each group come before an event, and in all. */
+/** The number of events of each group before an event, and in all. */
 export function countUp(events) {
   const columns = {};
   const total = {};
@@ -23,19 +23,19 @@ export function countUp(events) {
   return { total, before: (group, event) => columns[group][event] };
 }
 
-/** The energy of those that are there and can be moved: kinetic, and by accelerations that of their heights, 0 in the corner (0, 0). */
+/** The energy of the present movable bodies: kinetic, and with accelerations potential, which is 0 in the corner (0, 0). */
 export function energy(motion) {
   const { bodies, plans } = motion;
   let sum = 0;
   for (let body = 0; body < plans.vx.length; body += 1) {
     if (!plans.there[body] || bodies.mass[body] === Infinity) continue;
-    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (plans.wx[body] * plans.x[body] + plans.wy[body] * plans.y[body]); // as at its anchor
+    const twice = plans.vx[body] ** 2 + plans.vy[body] ** 2 - 2 * (plans.wx[body] * plans.x[body] + plans.wy[body] * plans.y[body]); // at its anchor
     sum += 0.5 * bodies.mass[body] * twice;
   }
   return sum;
 }
 
-/** Fill a table, with a head or none; the first cell of each row is its name. An empty cell of the head is no head. */
+/** Fills a table, with or without a head; the first cell of each row is its name. An empty cell of the head is plain. */
 export function fill(table, head, rows) {
   const line = (row, isHead) => {
     const made = document.createElement("tr");
@@ -52,7 +52,7 @@ export function fill(table, head, rows) {
   table.replaceChildren(...(head ? [line(head, true), ...lines] : lines));
 }
 
-/** The readings, the selected body, and what stands in the controls. */
+/** Shows the readings, the selected body, and the texts of the controls. */
 export function tell(player) {
   const { playback, held } = player;
   const [epoch, tick] = playback.moment;
@@ -98,12 +98,12 @@ function readings(player, run, at) {
   return found;
 }
 
-/** The selected body in words: its plan and its pairs; and its events, or all, as buttons that go there. */
+/** The selected body in words: its plan and its pairs; and its events, or all events, as buttons that lead to them. */
 export class BodyTable {
   constructor(player) {
     this.player = player;
     this.buttons = [];
-    $("contacts").replaceChildren(); // a page that was saved as it stood has buttons already
+    $("contacts").replaceChildren(); // a saved copy of a page has buttons already
   }
 
   tell() {
@@ -130,7 +130,7 @@ export class BodyTable {
     ] : [["", "it is not there now"]]);
   }
 
-  /** The last events and the next ones, of a body unless that is null. The buttons stay, so that the focus does. */
+  /** The last events and the next ones, of a body unless that is null. The buttons stay, so the focus stays. */
   #events(run, body) {
     const events = [];
     const group = body === null ? this.player.group : "all";
@@ -160,7 +160,7 @@ export class BodyTable {
   }
 }
 
-/** A line of the legend as a switch: whether the shapes of its role are shown. */
+/** A line of the legend as a switch: it shows or hides the shapes of its role. */
 function layer(line, role, player) {
   const button = document.createElement("button");
   button.append(...line.childNodes);
@@ -183,7 +183,7 @@ const EVENTS = {
   passings: "two bodies begin or end to pass through each other",
 };
 
-/** Which colour stands for what; a swatch of the structure is drawn as the structure is. */
+/** The legend of colours; a swatch of the structure is drawn like the structure. */
 export function legend(player) {
   const item = (style, text) => {
     const line = document.createElement("li");

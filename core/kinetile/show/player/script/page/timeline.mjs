@@ -1,4 +1,4 @@
-// The timeline: a lane for each group of events, one mark an event or, of many, their density; and where the present moment is.
+// The timeline: a lane for each group of events, one mark an event or, for many, their density; and the present moment.
 
 import { groupOf } from "./drawing.mjs";
 import { Backdrop } from "./paper.mjs";
@@ -6,9 +6,9 @@ import { fractionOf } from "../run/clock.mjs";
 import { GROUPS, momentOfEvent } from "../run/events.mjs";
 
 const DENSE = 1000; // events of a lane: more are drawn as a density
-const MARGIN = 6; // pixels, so that the first and the last mark can be seen whole
+const MARGIN = 6; // pixels, so that the first and the last mark are wholly visible
 
-/** The lanes of the timeline, from above: one a group that has events in any run, by how many each has. */
+/** The lanes of the timeline, from above: one for each group with events in any run, by their numbers. */
 export function lanesOf(totals) {
   return Object.keys(GROUPS).filter((group) => group !== "all" && totals.some((total) => total[group] > 0));
 }
@@ -30,7 +30,7 @@ export class Timeline {
     return Math.min(Math.max(fraction, 0), 1);
   }
 
-  /** Draw it: the marks once, and the present moment over them. */
+  /** Draws it: the marks once, and the present moment over them. */
   draw(theme) {
     const { playback } = this;
     const { pen, height } = this.backdrop.show(this.canvas, theme, "", (view) => {
@@ -57,8 +57,8 @@ export class Timeline {
   }
 
   /**
-   * The marks of a run; of several, each has its part of every lane. A lane of many events has bars instead, as high as
-   * the logarithm of how many events there are in a pixel's time.
+   * The marks of a run; if there are several, each has its part of every lane. A lane of many events has bars instead, as
+   * high as the logarithm of the number of events in a pixel's time.
    */
   #marks({ pen, height }, events, theme, part) {
     const { begin, end, runs } = this.playback;

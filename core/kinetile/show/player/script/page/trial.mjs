@@ -1,6 +1,6 @@
-// Try it: from the present moment on, the run is computed in the page, after a disc was thrown or turned back, or one
-// thrown in, or with a time-stepped engine. The recorded run is drawn as dashed outlines where it differs, and the first
-// contact that differs is named.
+// Try it: from the present moment on, the page computes the run, after a disc was thrown, turned back or inserted, or
+// with a time-stepped engine. The recorded run is drawn as dashed outlines where it differs, and the first contact that
+// differs is named.
 
 import { addDisc, addLine } from "./paper.mjs";
 import { $, legend } from "./tables.mjs";
@@ -15,11 +15,11 @@ import { Stepped } from "../run/stepped.mjs";
 const MOST = 60; // bodies: every pair is checked
 const LONGEST = 512; // units of the clock
 const BUDGET = 10; // milliseconds a frame for computing
-const PAUSE = 100; // milliseconds until what was computed since is shown
-const SLOW = 2 ** -10; // of the initial speed of playing: a throw counts as if it were no slower
+const PAUSE = 100; // milliseconds between two displays of the computed rows
+const SLOW = 2 ** -10; // of the initial speed of playing: the least that a throw assumes
 const BY_FLIGHT = [...PLAN, "before"]; // columns of rows with two values a row
 
-/** Why a page computes nothing itself, in words, or undefined: it does for elastic discs in an arena with walls, without commands, from the beginning. */
+/** The reason not to compute, in words, or undefined: a page does for elastic discs in an arena with walls, without commands, from the beginning. */
 export function reasonAgainst({ held: { arena, begin, end, periods, pull, responses, shapes }, bodies, commands }) {
   const count = bodies.radius.length;
   const reasons = [
@@ -55,14 +55,14 @@ export class Trial {
     return this.player.changed();
   }
 
-  /** A drag begins, in pixels right of and above the middle of a canvas; time stands still meanwhile. */
+  /** Begins a drag, in pixels right of and above the middle of a canvas; time stands still meanwhile. */
   grab(canvas, from) {
     if (!this.on) return;
     this.player.playing = 0;
     this.pulled = { body: this.player.bodyAt(canvas, from), from, to: from };
   }
 
-  /** The drag has ended: a disc flies as far as it was pulled in a second of playing. */
+  /** Ends a drag: a disc flies as far as it was pulled in a second of playing. */
   release() {
     const { player, pulled } = this;
     const { speed, bodies, held } = player;
@@ -74,7 +74,7 @@ export class Trial {
     else this.fork((run) => (run.insert(from, velocity, bodies.radius[like], bodies.mass[like]) === null ? `there is no room for a disc like ${like}` : ""));
   }
 
-  /** Turn the selected body back. */
+  /** Turns the selected body back. */
   turnBack() {
     const { playback: { runs: [{ motion: { plans } }] }, selected: body } = this.player;
     if ($("trial").hidden) return;
@@ -82,10 +82,10 @@ export class Trial {
     else this.fork((run) => run.turn(body, [-plans.vx[body], -plans.vy[body]]));
   }
 
-  /** Go on from here, with the engine that is chosen, after a command on a run, which may say why it is refused. */
+  /** Continues from here, with the chosen engine, after a command on a run, which may return a refusal. */
   fork(command) {
     const { held, playback, bodies, runs } = this.player;
-    const radii = Number($("engine").value); // that the fastest disc flies in a step; 0: exact
+    const radii = Number($("engine").value); // the flight of the fastest disc in a step; 0: exact
     const [{ motion, events }] = playback.runs;
     const rows = { count: motion.done };
     for (const [name, column] of Object.entries(motion.rows)) {
@@ -102,7 +102,7 @@ export class Trial {
     return this.#go(run, performance.now());
   }
 
-  /** Compute for a while, and go on in the next frame; what there is was shown last at a time of the page's clock. */
+  /** Computes for a while, and continues in the next frame; `shown` is the page's time of the last display. */
   #go(run, shown) {
     if (run !== this.run) return;
     const isDone = run.until(ticksOf(this.player.held.end), performance.now() + BUDGET);
@@ -112,7 +112,7 @@ export class Trial {
     else requestAnimationFrame(() => this.#go(run, isDue ? performance.now() : shown));
   }
 
-  /** Show what is computed so far, `done` rows of it being past. */
+  /** Shows the computed rows, with the first `done` of them past. */
   #show(done, isDone) {
     const { run, player: { held, playback: before } } = this;
     const bodies = {};
@@ -135,7 +135,7 @@ export class Trial {
     player.changed();
   }
 
-  /** Say which contact is the first that differs from the recorded run; of a time-stepped run, go there. */
+  /** Names the first contact that differs from the recorded run; with a time-stepped engine, goes there. */
   #compare() {
     const { player, recorded, run } = this;
     const own = player.playback.runs[0].events;
@@ -151,7 +151,7 @@ export class Trial {
     player.changed();
   }
 
-  /** Show the recorded run again. */
+  /** Shows the recorded run again. */
   reset() {
     if (!this.recorded) return;
     const { bodies, runs } = this.recorded;
@@ -163,13 +163,13 @@ export class Trial {
     this.player.say("the run as recorded");
   }
 
-  /** What stands where in the scene, from pixels right of and above the middle. */
+  /** The place in the scene at pixels right of and above the middle. */
   #place([right, up]) {
     const { x, y, dx, dy, scale } = this.player.camera;
     return [x + dx + right / scale, y + dy + up / scale];
   }
 
-  /** The recorded run as outlines where it differs, and the arrow of a throw. */
+  /** Draws the recorded run as outlines where it differs, and the arrow of a throw. */
   draw(view, places, theme) {
     const { pen, camera } = view;
     pen.strokeStyle = theme.selected;

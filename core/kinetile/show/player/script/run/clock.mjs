@@ -1,17 +1,17 @@
 // Exact time. A moment is [epoch, tick]: whole units of the scene's clock since its start, and ticks of 2^-52
-// of a unit after that. Both are whole numbers that a double holds exactly, so nothing here is rounded unless
-// it says so.
+// of a unit after that. Both are whole numbers that a double holds exactly, so only functions that say so
+// round here.
 
 import { parts } from "./doubles.mjs";
 
 export const TICKS = 2 ** 52;
 
-/** Negative, zero or positive: whether one moment is before, at or after another. */
+/** Negative, zero or positive: one moment is before, at or after another. */
 export function compare(one, other) {
   return one[0] - other[0] || one[1] - other[1];
 }
 
-/** Time since an anchor, in the scene's time, rounded once to a double and then scaled by a power of two. */
+/** The time since an anchor, in the scene's time, rounded once to a double and then scaled by a power of two. */
 export function elapsed(moment, epoch, tick, unit) {
   return ((moment[0] - epoch) * TICKS + (moment[1] - tick)) * (unit / TICKS);
 }
@@ -42,7 +42,7 @@ export function timeOf(moment, start, unit) {
   return start + (moment[0] + moment[1] / TICKS) * unit;
 }
 
-/** A moment so much later (or earlier) in the scene's time, which is rounded to ticks. */
+/** A moment later (or earlier) by a part of the scene's time, which is rounded to ticks. */
 export function later(moment, time, unit) {
   const units = time / unit;
   const whole = Math.floor(units);
@@ -58,7 +58,7 @@ export function between(one, other, fraction) {
   return momentOf(ticksOf(one) + part);
 }
 
-/** How far a moment is between two others, 0 to 1; 0 where those are one. */
+/** The fraction of a moment between two others, 0 to 1; 0 if these are one. */
 export function fractionOf(moment, one, other) {
   const way = elapsed(other, one[0], one[1], 1);
   return way > 0 ? Math.min(Math.max(elapsed(moment, one[0], one[1], 1) / way, 0), 1) : 0;

@@ -1,8 +1,8 @@
-// Columns as they stand in the page: bytes by significance, deflated, in base64.
+// Columns in the form of the page: bytes by significance, deflated, in base64.
 
 const ARRAYS = { f8: Float64Array, u8: BigUint64Array, i4: Int32Array, u1: Uint8Array };
 
-/** The columns of coded ones, by name, as typed arrays. */
+/** Decodes columns: typed arrays, by name. */
 export async function decode(coded) {
   const letters = atob(coded.text);
   const packed = new Uint8Array(letters.length);

@@ -1,15 +1,15 @@
-// Doubles taken apart: what a sum or a product leaves out, and the whole number and power of two in each.
+// Parts of doubles: the rounding error of a sum or a product, and a double as a whole number and a power of two.
 
 const SPLITTER = 134217729; // 2^27 + 1
 
-/** a + b as a double and what it lacks: together exact. */
+/** a + b as a double and its rounding error: together exact. */
 export function twoSum(a, b) {
   const sum = a + b;
   const part = sum - a;
   return [sum, (a - (sum - part)) + (b - part)];
 }
 
-/** a * b as a double and what it lacks: together exact (no overflow, no underflow). */
+/** a * b as a double and its rounding error: together exact (no overflow, no underflow). */
 export function twoProduct(a, b) {
   const product = a * b;
   const [highA, lowA] = halves(a);

@@ -1,9 +1,9 @@
-// The events of a run, structural ones among the rows, in their order; and a cursor that steps through them.
+// The events of a run in their order, structural events among the rows; and a search that steps through them.
 
 import { compare, timeOf } from "./clock.mjs";
 import { KINDS, isAside } from "./rows.mjs";
 
-/** The groups in which a reader steps, and the kinds that are in each. */
+/** The groups of events for steps, with the kinds in each. */
 export const GROUPS = {
   all: ["structural", "disc", "wall", "turn", "move", "insert", "remove", "accelerate", "kind", "pass", "part"],
   contacts: ["disc"],
@@ -19,9 +19,9 @@ export const MET = new Set(["disc", "wall", "pass", "part"].map((kind) => KINDS.
 const WALLS = { "-1": "left", "-2": "right", "-3": "bottom", "-4": "top" };
 
 /**
- * Merge rows and structural events (columns epoch, tick, body, after; or null) into one list: columns kind (a
- * number, see KINDS), epoch, tick, a, b (-1 at a structural event), and `rows`, how many are done after it.
- * What the clock writes down anew is no event.
+ * Merges rows and structural events (columns epoch, tick, body, after; or null) into one list: columns kind (a
+ * number, see KINDS), epoch, tick, a, b (-1 at a structural event), and `rows`, the number of rows after it.
+ * A plan that the clock anchors again is not an event.
  */
 export function merge(rows, steps) {
   const list = [];
@@ -56,7 +56,7 @@ export function momentOfEvent(events, event) {
   return [events.epoch[event], events.tick[event]];
 }
 
-/** How many events are done at a moment, those of that very tick among them. */
+/** The number of done events at a moment, with the events of this tick. */
 export function eventsAt(events, moment) {
   let low = 0;
   let high = events.count;
@@ -68,20 +68,20 @@ export function eventsAt(events, moment) {
   return low;
 }
 
-/** Whether an event is of a group, and of a body unless that is null. */
+/** True if an event belongs to a group, and to a body unless that is null. */
 export function isOf(events, event, group, body = null) {
   if (!GROUPS[group].includes(KINDS[events.kind[event]])) return false;
   return body === null || events.a[event] === body || events.b[event] === body;
 }
 
-/** The events of a list that are contacts, those with walls and passings among them, in their order. */
+/** The contacts in a list of events, also with walls and passings, in their order. */
 export function contactsOf({ count, kind }) {
   return Array.from({ length: count }, (_, event) => event).filter((event) => MET.has(kind[event]));
 }
 
 /**
- * The first contact in which two lists of events differ, by its bodies, and by its tick if they are `timed`:
- * {at, events}, its number and the event of each list, -1 where there is none; null where there is no such contact.
+ * The first contact that differs between two lists of events, by its bodies, and by its tick if they are `timed`:
+ * {at, events}, its number and the event of each list, -1 without one; null if all contacts agree.
  */
 export function firstDifference(one, other, timed = true) {
   const lists = [one, other].map(contactsOf);
@@ -93,8 +93,8 @@ export function firstDifference(one, other, timed = true) {
 }
 
 /**
- * The first event that is wanted from `done` on (direction 1), or the last one before `done` (direction -1);
- * -1 where there is none.
+ * The first matching event from `done` on (direction 1), or the last one before `done` (direction -1);
+ * -1 without one.
  */
 export function seek(events, done, direction, group = "all", body = null) {
   for (let event = direction > 0 ? done : done - 1; event >= 0 && event < events.count; event += direction) {
@@ -104,12 +104,12 @@ export function seek(events, done, direction, group = "all", body = null) {
 }
 
 /**
- * Which pairs are passing through each other after so many events, and through which images: a pair may pass through
- * several at a time. Rows have no images, but what does not pass yet is further away than what begins to, and what
- * passes on is nearer than what ends to; so it is at the start, too. Shapes are so small that one image is within reach.
+ * The pairs that pass through each other after a number of events, and their images: a pair may pass through several
+ * at a time. Rows have no images; but an image that does not pass yet is further away than one that begins, and one
+ * that still passes is nearer than one that ends; also at the start. Shapes are so small that one image is within reach.
  */
 export class Passing {
-  /** `motion`: one that is only for this; `began`: passings that last at the beginning, [a, b, m, n] each. */
+  /** `motion`: one for this object alone; `began`: passings that last at the beginning, [a, b, m, n] each. */
   constructor(events, motion, began) {
     this.began = began.map(([a, b, m, n]) => ({ pair: [a, b], image: `${m},${n}` }));
     this.changes = new Map(); // by event
@@ -129,7 +129,7 @@ export class Passing {
     }
   }
 
-  /** Whether two bodies a < b are within each other after so many events, through an image. */
+  /** True if two bodies a < b are within each other after a number of events, through an image. */
   holds(done, a, b, image) {
     this.at(done);
     return this.lasting.has(keyOf({ pair: [a, b], image }));
@@ -140,7 +140,7 @@ export class Passing {
     return this.changes.get(event)?.image;
   }
 
-  /** The bodies that are within another one after so many events. */
+  /** The bodies that are within another one after a number of events. */
   at(done) {
     if (this.asked === done) return this.bodies;
     const lasting = (this.lasting = new Map(this.began.map((each) => [keyOf(each), each.pair])));
@@ -156,7 +156,7 @@ export class Passing {
 
 const keyOf = ({ pair, image }) => `${pair} ${image}`;
 
-/** The response of two bodies (or of one and a wall, b < 0), with a space before it; nothing if it is elastic. */
+/** The response of two bodies (or of one and a wall, b < 0), with a space before it; empty if it is elastic. */
 function responseOf({ kind, responses }, a, b) {
   const found = responses[kind[a] ?? 0]?.at(b < 0 ? -1 : kind[b] ?? 0) ?? "elastic";
   return found === "elastic" ? "" : ` (${found})`;

@@ -1,6 +1,6 @@
-// Rules 3 to 10 of the specification for elastic discs in an arena with walls: a run that goes on from any moment of a
-// recorded one, with commands. Decisions are exact, in whole numbers, and results are the same doubles as everywhere;
-// so its contacts are those of kinetile. Every pair is checked, which is enough for some fifty discs.
+// Rules 3 to 10 of the specification for elastic discs in an arena with walls: a run that continues from any moment of
+// a recorded one, with commands. Decisions are exact, in whole numbers, and results are the same doubles as everywhere;
+// so the contacts are kinetile's. Every pair is checked, which is fast enough for some fifty discs.
 
 import { momentOf, ticksOf } from "./clock.mjs";
 import { parts, twoProduct } from "./doubles.mjs";
@@ -8,9 +8,9 @@ import { PLAN, positionAfter } from "./plan.mjs";
 import { KINDS } from "./rows.mjs";
 
 const FAR = 1n << 62n;
-const SPAN = 1n << 61n; // ticks after two of which a plan is anchored by the clock
-const ROOM = 1e-12; // of a radius: so much may bodies overlap that are inserted
-const MOST_ROWS = 20000; // of a run: a jam has contacts without end
+const SPAN = 1n << 61n; // ticks: the clock anchors a plan after two of these spans
+const ROOM = 1e-12; // part of a radius by which inserted bodies may overlap
+const MOST_ROWS = 20000; // limit of a run: a jam has contacts without end
 const fractionBits = (double) => (double ? -parts(double)[1] : 0);
 
 /** A double times 2^bits, which is whole. */
@@ -29,7 +29,7 @@ function rootAbove(square) {
 const floorDivide = (a, b) => (a < 0n && a % b ? a / b - 1n : a / b);
 const lack = (a, b) => twoProduct(a, b)[1];
 
-/** What a body of mass m takes of the speed at which it and one of mass o approach (rules 9 and 11). */
+/** The part of the approach speed of bodies with masses m and o that the body of mass m takes (rules 9 and 11). */
 function share(m, o, speed) {
   if (m === Infinity) return o === Infinity ? speed : 0;
   if (o === Infinity) return 2 * speed;
@@ -43,8 +43,8 @@ function share(m, o, speed) {
 
 export class Live {
   /**
-   * A run that goes on at a moment, from the plans in force there. `rows` are those before it, in lists as `rebuild` has
-   * them; it goes on to fill them.
+ * A run that continues at a moment, from the plans in force there. `rows` are the rows before it, in lists as from
+ * `rebuild`; the run appends its own.
    */
   constructor({ radius, mass }, { x, y, vx, vy, epoch, tick, there }, rows, moment, { unit, arena }) {
     Object.assign(this, { bodies: [], rows, arena, now: ticksOf(moment), isCut: false });
@@ -60,25 +60,25 @@ export class Live {
     this.bodies.forEach((_, body) => this.#plan(body));
   }
 
-  /** A body more; `flight` is that of its plan: 2 * row + side. */
+  /** Adds a body; `flight` is the number of its plan: 2 * row + side. */
   #enter(radius, mass, [x, y], [vx, vy], since, there) {
-    const flight = -2 * (this.bodies.length + 1); // of no row
+    const flight = -2 * (this.bodies.length + 1); // without a row
     this.bodies.push({ radius, mass, x, y, vx, vy, since, there, flight, meets: [], wall: null });
   }
 
-  /** The place of a body as if it were anchored now, or at another tick. */
+  /** The place of a body if it were anchored now, or at another tick. */
   place(plan, now = this.now) {
     return positionAfter(plan, Number(now - plan.since) * this.tick);
   }
 
-  /** Give a body another velocity, now. */
+  /** Gives a body another velocity, now. */
   turn(body, velocity) {
     this.#anchor(body);
     [this.bodies[body].vx, this.bodies[body].vy] = velocity;
     this.settle("turn", body, -5);
   }
 
-  /** Insert a disc of a radius and a mass at a place, now. Return its number, or null where there is no room. */
+  /** Inserts a disc of a radius and a mass at a place, now. Returns its number, or null without room. */
   insert([x, y], velocity, radius, mass) {
     const [width, height] = this.arena;
     const isFree = this.bodies.every((other) => {
@@ -93,7 +93,7 @@ export class Live {
     return body;
   }
 
-  /** Process events up to the tick `end`, or until the clock of the page says `deadline`. Return whether all have. */
+  /** Processes events up to the tick `end`, or until the page's clock reaches `deadline`. Returns true if all are done. */
   until(end, deadline = Infinity) {
     for (let event = this.#next(); event && event.tick <= end; event = this.#next()) {
       this.isCut = this.rows.count >= MOST_ROWS;
@@ -106,7 +106,7 @@ export class Live {
     return true;
   }
 
-  /** An event {kind, a, b} happens now: at a wall b is its number. */
+  /** Processes an event {kind, a, b} now: for a wall, b is its number. */
   happen({ kind, a, b }) {
     this.#anchor(a);
     if (kind === "disc") this.#anchor(b);
@@ -115,7 +115,7 @@ export class Live {
     this.settle(kind, a, b);
   }
 
-  /** The first event to come: by its tick, then clock, walls, pairs, then by bodies. */
+  /** The next event: the first by its tick, then clock, walls, pairs, then by bodies. */
   #next() {
     let found = null;
     const offer = (tick, kind, a, b) => {
@@ -133,7 +133,7 @@ export class Live {
     plan.since = this.now;
   }
 
-  /** Write down an event of the present tick, and compute what its bodies meet next. */
+  /** Records an event of the present tick, and computes the next contacts of its bodies. */
   settle(kind, a, b) {
     const { rows } = this;
     const both = b >= 0 ? [a, b] : [a];
@@ -149,14 +149,14 @@ export class Live {
     both.forEach((body) => this.#plan(body));
   }
 
-  /** Compute what a body meets on its plan. */
+  /** Computes the contacts of a body on its plan. */
   #plan(body) {
     const own = this.bodies[body];
     own.wall = own.there ? this.#wallOf(own) : null;
     this.bodies.forEach((other, at) => {
       if (at === body) return;
       const [a, b] = at < body ? [other, own] : [own, other];
-      const isBarred = a.flight >> 1 === b.flight >> 1; // they have met, and nobody has had another plan since (rule 7)
+      const isBarred = a.flight >> 1 === b.flight >> 1; // they have met, and neither has got another plan since (rule 7)
       a.meets[Math.max(at, body)] = own.there && other.there && !isBarred ? this.#meeting(a, b) : null;
     });
   }
@@ -175,7 +175,7 @@ export class Live {
     return !up || (across && across[0] <= up[0]) ? across : up;
   }
 
-  /** Rule 5: the tick of contact, or null. What surely is none is left out in doubles first. */
+  /** Rule 5: the tick of contact, or null. Doubles first exclude pairs that surely do not meet. */
   #meeting(a, b) {
     const since = a.since > b.since ? a.since : b.since;
     const [[fromX, fromY], [toX, toY]] = [a, b].map((body) => this.place(body, since));
@@ -198,11 +198,11 @@ export class Live {
     const under = nears * nears - square * gap;
     if (under <= 0n) return null;
     const after = floorDivide(-nears - rootAbove(under), square);
-    const end = after + 1n; // a visit that is over by then is none
+    const end = after + 1n; // a visit that is over by then does not count
     return after < FAR && gap + (2n * nears + square * end) * end < 0n ? since + after : null;
   }
 
-  /** Rule 9: two bodies that are anchored exchange momentum. */
+  /** Rule 9: two anchored bodies exchange momentum. */
   #exchange(one, other) {
     const [a, b] = [this.bodies[one], this.bodies[other]];
     const [dx, dy] = [b.x - a.x, b.y - a.y];

@@ -1,10 +1,10 @@
-// What a certificate of the structure watches, read from its shape: two coordinates on an axis that are one when it
-// fails. A phase draws only shapes and ticks, so the pair that fits the tick is looked for; none may.
+// The two coordinates on an axis that a certificate of the structure watches, read from its shape: they are equal when
+// it fails. A phase draws only shapes and ticks, so this module searches for a pair that fits the tick; there may be none.
 
 import { apartAlong } from "./motion.mjs";
 import { SHAPES } from "./structure.mjs";
 
-/** How near two coordinates have to be at the tick, in parts of the view: a skin and roundings are far less. */
+/** The greatest distance of the two coordinates at the tick, in parts of the view: a skin and roundings are far less. */
 const NEAR = 1e-9;
 
 /** A coordinate of a shape by its place in `body` and `offset`. */
@@ -19,7 +19,7 @@ function sidesOn(structure, shape, axis) {
   return sides;
 }
 
-/** The pairs of coordinates on an axis that a shape may watch; of a fixed one, those of its owner and its sides. */
+/** The pairs of coordinates on an axis that a shape may watch; for a fixed shape, its sides with its owner's coordinates. */
 function pairsOn(structure, shape, axis, owner, radius) {
   const sides = sidesOn(structure, shape, axis);
   const fixed = sides.every(({ body }) => body < 0) && owner >= 0;
@@ -28,11 +28,11 @@ function pairsOn(structure, shape, axis, owner, radius) {
 }
 
 /**
- * The meeting at which the certificate of a shape fails, at a moment under the plans of a motion: {axis, one, other,
- * gap, slope}, where `one` comes up to `other` (a coordinate is {body, offset}, body -1: fixed), `gap` is what
- * is between them then, and `slope` its change in time. `owner` is the body whose certificate it is (-1: unknown), and
- * `size` that of the view. A bound may watch another one: `rivals` are the shapes among which that is looked for.
- * Null where no two coordinates meet then.
+ * The meeting of the certificate of a shape, as it fails at a moment under the plans of a motion: {axis, one, other,
+ * gap, slope}. `one` approaches `other` (a coordinate is {body, offset}, body -1: fixed), `gap` is their difference
+ * then, and `slope` its change in time. `owner` is the body of the certificate (-1: unknown), and `size` the size of
+ * the view. A bound may watch another one: `rivals` are the shapes to search for it. Null if no two coordinates meet
+ * then.
  */
 export function meetingOf(structure, shape, motion, moment, owner, size, rivals = []) {
   if (["link", "entry"].includes(SHAPES[structure.shape[shape]])) return null;
@@ -46,7 +46,7 @@ export function meetingOf(structure, shape, motion, moment, owner, size, rivals 
       ? sidesOn(structure, shape, axis).flatMap((one) => others.map((other) => [one, other]))
       : pairsOn(structure, shape, axis, owner, motion.bodies.radius[owner] || 0);
     for (const [one, other] of pairs) {
-      if (motion.pull(one.body) || motion.pull(other.body)) continue; // what is watched is on a chord
+      if (motion.pull(one.body) || motion.pull(other.body)) continue; // the watched coordinate is on a chord
       const slope = speed(other) - speed(one);
       const gap = apartAlong(place(one), place(other), motion.periods[axis]);
       if (slope === 0 || !(Math.abs(gap) <= least)) continue;
@@ -57,7 +57,7 @@ export function meetingOf(structure, shape, motion, moment, owner, size, rivals 
   return found;
 }
 
-/** A coordinate in words: by the label of a bound that is drawn there, or the side of the body. */
+/** A coordinate in words: the label of a bound that is drawn there, or the side of the body. */
 export function sideInWords(structure, done, { body, offset }, axis) {
   if (body < 0) return `${"xy"[axis]} = ${Number(offset.toPrecision(6))}`;
   const bound = structure.at(done).find((shape) => {

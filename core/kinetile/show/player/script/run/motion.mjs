@@ -1,10 +1,10 @@
-// Where everybody is. Plans in force after a number of rows; from there one goes forward and back, row by row.
+// Positions of all bodies: the plans in force after a number of rows, and steps forward and back, row by row.
 
 import { elapsed } from "./clock.mjs";
 import { PLAN, PULL, WHOLE, planIn, positionAfter, velocityAfter } from "./plan.mjs";
 import { copyPlans, givesPlans, isThereAfter } from "./rows.mjs";
 
-/** A place as it is shown: along a periodic axis from 0 to less than the period, which is 0 of another axis. */
+/** The displayed place: along a periodic axis from 0 to less than the period; the period of another axis is 0. */
 export function wrapped(place, period) {
   if (period === 0) return place;
   const rest = place % period;
@@ -12,15 +12,15 @@ export function wrapped(place, period) {
   return found === period ? 0 : found;
 }
 
-/** What is between two places along an axis: to the nearest image of the other. */
+/** The difference of two places along an axis, to the nearest image of the other. */
 export function apartAlong(one, other, period) {
   const apart = other - one;
   return period === 0 ? apart : apart - period * Math.round(apart / period);
 }
 
-const MOST_TURNS = 200; // borders of an axis: a longer flight is drawn up to there
+const MOST_TURNS = 200; // borders of an axis: a longer flight is drawn up to this one
 
-/** By how much a straight flight is to be moved so that it is seen in the box, however often it crosses a border: [right, up] of each part. */
+/** The shifts of the parts of a straight flight into the box, however often it crosses a border: [right, up] of each. */
 export function imagesAlong(from, to, periods) {
   const parts = [0, 1];
   periods.forEach((period, axis) => {
@@ -46,10 +46,10 @@ export class Motion {
     this.unit = unit;
     this.done = 0;
     this.plans = copyPlans(bodies);
-    this.flights = new Int32Array(bodies.x.length).fill(-1); // of each body: that of its plan
+    this.flights = new Int32Array(bodies.x.length).fill(-1); // of each body: the number of its plan
   }
 
-  /** Go forward or back until so many rows are done. */
+  /** Goes forward or back until this number of rows is done. */
   to(count) {
     while (this.done < count) this.#go(this.done++, true);
     while (this.done > count) this.#go(--this.done, false);
@@ -60,7 +60,7 @@ export class Motion {
     return this.#onPlan(body, moment).map((at, axis) => wrapped(at, this.periods[axis]));
   }
 
-  /** The same as its plan has it, which may be beyond a border. */
+  /** The same without wrapping: it may be beyond a border. */
   #onPlan(body, moment) {
     return positionAfter(planIn(this.plans, body), this.#since(body, moment));
   }
@@ -71,8 +71,8 @@ export class Motion {
   }
 
   /**
-   * The images of b around a, the nearest first: {apart: [dx, dy], image}, all those with which a can touch among them.
-   * An image is "m,n", in periods between unwrapped places (rule 5p): it is the same one however far the two fly.
+   * The images of b around a, the nearest first: {apart: [dx, dy], image}, among them all images that a can touch. An image
+   * is "m,n", in periods between unwrapped places (rule 5p): it stays the same one however far the two bodies fly.
    */
   images(a, b, moment) {
     const { kx, ky } = this.plans;
@@ -98,7 +98,7 @@ export class Motion {
     return ax[body] || ay[body] ? [ax[body], ay[body]] : null;
   }
 
-  /** The place of a body at a moment under its plan in force, as far as it flies from where it is shown at another: [x, y]. */
+  /** The place of a body at a moment under its plan in force, unwrapped from its displayed place at another moment: [x, y]. */
   flown(body, moment, from) {
     const now = this.#onPlan(body, from);
     return this.#onPlan(body, moment).map((then, axis) => {
@@ -107,7 +107,7 @@ export class Motion {
     });
   }
 
-  /** The places of all bodies at a moment, into arrays x, y; and into kx, ky the periods that are taken off to show them. */
+  /** The places of all bodies at a moment, into arrays x, y; into kx, ky the periods that are taken off them. */
   places(moment, into) {
     const { kx, ky } = this.plans;
     const [width, height] = this.periods;

@@ -1,5 +1,5 @@
-// Runs on one clock: seek, step by event, play. The state is a moment and, for each run, how many of its events
-// are done: events of one tick are stepped one by one, so a moment alone does not say.
+// Runs on one clock: seek, step by event, play. The state is a moment and the number of done events of each run: events
+// of one tick are stepped one by one, so a moment alone is not a state.
 
 import { between, compare, later } from "./clock.mjs";
 import { decode } from "./columns.mjs";
@@ -15,7 +15,7 @@ export async function load(held) {
   let rows = null;
   const runs = [];
   for (const run of held.runs) {
-    rows = run.rows ? rebuild(bodies, await decode(run.rows), held) : rows; // null: as the run before
+    rows = run.rows ? rebuild(bodies, await decode(run.rows), held) : rows; // null: the rows of the run before
     const steps = run.steps ? await decode(run.steps) : null;
     const structure = run.structure ? new Structure(await decode(run.structure), run.labels, Object.keys(held.looks), run.seen) : null;
     runs.push({ rows, steps, structure, present: new Present(run, bodies, held) });
@@ -24,7 +24,7 @@ export async function load(held) {
 }
 
 export class Playback {
-  /** `runs`: [{rows, steps, structure}], with rows as `rebuild` gives them; the others may be null. `known`: up to where there are rows so far. */
+  /** `runs`: [{rows, steps, structure}], with rows from `rebuild`; the others may be null. `known`: the end of the rows so far. */
   constructor(bodies, runs, { unit, begin, end, periods, passing }) {
     Object.assign(this, { unit, begin, end, known: end });
     const events = runs.map(({ rows, steps }) => merge(rows, steps));
@@ -40,7 +40,7 @@ export class Playback {
     this.#be(begin);
   }
 
-  /** Go to a moment, all events up to and at it done; at the beginning, none. */
+  /** Goes to a moment: all events up to and at it are done; at the beginning, no event. */
   seek(moment) {
     if (compare(moment, this.begin) <= 0) {
       this.#be(this.begin);
@@ -52,8 +52,8 @@ export class Playback {
   }
 
   /**
-   * Step to the next event of a group (direction 1) or the one before (-1), of a body unless that is null; of
-   * several runs, the nearest. Before the first of all events is the beginning. Return whether there is one.
+   * Steps to the next event of a group (direction 1) or the one before (-1), of a body unless that is null; if there are
+   * several runs, to the nearest. Before the first event is the beginning. Returns true if there is such an event.
    */
   step(direction, group = "all", body = null) {
     const found = this.runs.map((run) => seek(run.events, this.#from(run, direction), direction, group, body));
@@ -73,19 +73,19 @@ export class Playback {
     return true;
   }
 
-  /** Go to just after an event of a run; the other runs go to its moment. */
+  /** Goes to just after an event of a run; the other runs go to its moment. */
   jump(at, event) {
     this.seek(momentOfEvent(this.runs[at].events, event));
     this.#settle(this.runs[at], event + 1);
   }
 
-  /** Play on by so much of the scene's time, forward or back. Return whether there is more. */
+  /** Plays a part of the scene's time, forward or back. Returns true if there is more. */
   play(time) {
     this.seek(later(this.moment, time, this.unit));
     return compare(this.moment, time < 0 ? this.begin : this.end) !== 0;
   }
 
-  /** Play on by so many events, with time running evenly between two. Return whether there is more. */
+  /** Plays a number of events, with even time between two events. Returns true if there is more. */
   playEvenly(events) {
     const isWaiting = () => compare(this.known, this.end) < 0 && this.runs.every((run) => run.done === run.events.count);
     this.way += events;
@@ -110,7 +110,7 @@ export class Playback {
     return true;
   }
 
-  /** Be where another playback is, `rows` of each run being done. */
+  /** Takes over the state of another playback, with `rows` of each run done. */
   resume({ moment, since, way }, rows) {
     Object.assign(this, { moment, since, way });
     for (const run of this.runs) {
@@ -120,7 +120,7 @@ export class Playback {
     }
   }
 
-  /** The last event that is done in a run, if this is its very moment; else -1. */
+  /** The last done event of a run, if this is its moment; else -1. */
   current(run) {
     const last = run.done - 1;
     return last >= 0 && compare(momentOfEvent(run.events, last), this.moment) === 0 ? last : -1;
@@ -136,7 +136,7 @@ export class Playback {
     return direction < 0 && this.current(run) >= 0 ? run.done - 1 : run.done;
   }
 
-  /** So many events of a run are done, and what the clock has written down anew between them and now. */
+  /** Sets the number of done events of a run, with the rows after them, up to now, that are not events. */
   #settle(run, done) {
     run.done = done;
     const { rows } = run.motion;

@@ -1,23 +1,23 @@
-// Structures that follow from the positions of one moment: they are computed where a page has no recording of them.
+// Structures that follow from the positions of one moment: they are computed if a page has no recording of them.
 //
 // The tiling of sweep-tiling is the decomposition of the arena by the lines of the discs, each from its leftmost to its
 // rightmost point at the height of its centre (thesis, section 4): a vertical bound goes from either end of a line up
-// and down to the next lines. A sweep from left to right keeps the lines that it crosses by their height. Bounds and
-// boxes of sweep-and-prune are those of each disc. When a certificate fails does not follow from positions: none is shown.
-// A phase sees discs that are wider by a skin. Bounds that tie are in the order in which their bodies came there.
+// and down to the next lines. A sweep from left to right keeps the lines that it crosses, ordered by their height. Each
+// disc has its bounds and boxes of sweep-and-prune. The failures of certificates do not follow from positions: none is
+// shown. A phase sees discs that are wider by a skin. Bounds that tie are in the order of the arrival of their bodies.
 
 import { TICKS, compare, elapsed } from "./clock.mjs";
 import { planIn, positionAfter, velocityAfter } from "./plan.mjs";
 import { INSERT, MOVE } from "./rows.mjs";
 import { ENTRY, SHAPES, Structure } from "./structure.mjs";
 
-const IN_MATRIX = 64; // bodies: as many as a phase draws in its matrix
+const IN_MATRIX = 64; // bodies: the limit of a phase's matrix
 const [SEGMENT, BOX, , LINK] = SHAPES.keys();
 const LABELS = ["", "L", "R", "x", "y", "both"];
 const FIXED = -1;
 const [LEFT, RIGHT] = [-1, -2]; // the walls, as ends of tiles
 
-/** What can be computed, by the name that a phase gives it (`drawn_as`): functions of a sheet of shapes to be filled. */
+/** The structures that can be computed, by a phase's `drawn_as`: functions that fill a sheet of shapes. */
 const CONSTRUCTIONS = {
   tiling: (sheet, scene) => drawTiling(sheet, scene),
   "bounds x": (sheet, scene) => drawBounds(sheet, scene, 0),
@@ -25,9 +25,9 @@ const CONSTRUCTIONS = {
   boxes: (sheet, scene) => drawBoxes(sheet, scene),
 };
 
-/** The present structure of one run, computed anew when another moment is asked for. */
+/** The present structure of one run, recomputed for another moment. */
 export class Present {
-  /** `how`: a name of `CONSTRUCTIONS`; without an arena, with shapes or periodic axes nothing is computed. */
+  /** `how`: a name of `CONSTRUCTIONS`; nothing is computed without an arena, with shapes or with periodic axes. */
   constructor({ drawn_as: how, skin }, bodies, held) {
     const plain = held.arena && !held.shapes.length && held.periods.every((period) => period === 0);
     const reach = bodies.radius.map((r) => (r || 0) + skin);
@@ -35,12 +35,12 @@ export class Present {
     Object.assign(this, { draw: plain ? CONSTRUCTIONS[how] : null, bodies, held, reach, tie, roles: Object.keys(held.looks) });
   }
 
-  /** Whether there is a matrix. */
+  /** True if there is a matrix. */
   get hasMatrix() {
     return this.draw === CONSTRUCTIONS.boxes && this.bodies.x.length <= IN_MATRIX;
   }
 
-  /** The structure of a motion at a moment, after so many events, with places {x, y} of the bodies; null where it cannot be computed. */
+  /** The structure of a motion at a moment, after a number of events, with places {x, y} of the bodies; null without one. */
   at(moment, done, motion, places) {
     if (!this.draw) return null;
     const { bodies, reach, tie, held: { arena, unit } } = this;
@@ -58,9 +58,9 @@ export class Present {
 }
 
 /**
- * A function of two bodies and how far a bound of each is from it along an axis: whether the first bound comes first.
- * Where they are closer than `tie` it follows from their plans, as certificates do: by the tick at which one passes the
- * other; if neither does, as before the last change of their plans; at last R before L, then by number.
+ * A comparison of two bodies, with the offsets of their bounds along an axis: true if the first bound is before the
+ * second. Bounds closer than `tie` are compared by their plans, as certificates are: by the tick when one passes the
+ * other; if neither does, by the order before the last change of their plans; at last R before L, then by number.
  */
 function orderOf(axis, places, motion, moment, unit, tie) {
   const { rows, bodies, flights } = motion;
@@ -89,7 +89,7 @@ function orderOf(axis, places, motion, moment, unit, tie) {
   };
 }
 
-/** Shapes of one moment, each of two points, in columns: there are some ten a body, again for every frame. */
+/** Shapes of one moment, each of two points, in columns: some ten for each body, again in every frame. */
 class Sheet {
   constructor(roles, bodies, paired, mass) {
     const room = 8 * bodies + 64;
@@ -98,7 +98,7 @@ class Sheet {
     this.columns = { shape: new Uint8Array(room), role: new Uint8Array(room), label: new Uint8Array(room), body: new Int32Array(4 * room), offset: new Float64Array(4 * room) };
   }
 
-  /** Adds a shape from x, y to x, y: of each the body (-1: fixed) and the offset. */
+  /** Adds a shape from x, y to x, y: the body (-1: fixed) and the offset of each. */
   add(shape, role, label, xBody, x, yBody, y, otherXBody, otherX, otherYBody, otherY) {
     if (this.count === this.columns.shape.length) this.#grow();
     const { count, columns: { body, offset } } = this;
@@ -111,7 +111,7 @@ class Sheet {
     this.count += 1;
   }
 
-  /** Adds a line between two bodies, if there are any and one is movable, or an entry of the matrix. */
+  /** Adds a line between two bodies, if lines are drawn and one body is movable, or an entry of the matrix. */
   pair(a, b, role = "pair", shape = LINK, label = "") {
     if (shape === LINK && (!this.paired || Math.min(this.mass[a], this.mass[b]) === Infinity)) return;
     const [low, high] = [Math.min(a, b), Math.max(a, b)];
@@ -133,7 +133,7 @@ class Sheet {
   }
 }
 
-/** Where a body is in a list of bodies by their height: before the first that is not lower. */
+/** The place of a body in a list of bodies by height: before the first that is not lower. */
 function rank(lines, body, isLower) {
   let [low, high] = [0, lines.length];
   while (low < high) {
@@ -151,8 +151,8 @@ function drawTiling(sheet, { those, places: [, y], radius, arena: [width, height
   });
   const offsetOf = (end) => (end & 1 ? radius[end >> 1] : -radius[end >> 1]);
   ends.sort((one, other) => (isLeft(one >> 1, offsetOf(one), other >> 1, offsetOf(other)) ? -1 : 1));
-  const lines = []; // that the sweep crosses, from below
-  const since = [LEFT]; // where the tile below each of them began, and that above the last
+  const lines = []; // the lines that the sweep crosses, from below
+  const since = [LEFT]; // the left ends of the tile below each line, and of the tile above the last
   const pairs = new Set();
   const close = (at, right) => {
     const [low, high] = [lines[at - 1] ?? FIXED, lines[at] ?? FIXED];
@@ -169,7 +169,7 @@ function drawTiling(sheet, { those, places: [, y], radius, arena: [width, height
     const body = end >> 1;
     let at = rank(lines, body, isLower);
     if (end & 1) {
-      if (lines[at] !== body) at = lines.indexOf(body); // one of the same height
+      if (lines[at] !== body) at = lines.indexOf(body); // another body of the same height
       close(at, end);
       close(at + 1, end);
       lines.splice(at, 1);

@@ -1,6 +1,6 @@
 // Certificates as formulas: the gap that a certificate watches, as a function of time under the plans in force, and
-// the tick at which it fails. A certificate of the structure watches two coordinates on an axis (meetings.mjs); a
-// pair, the distance of two discs.
+// the tick of its failure. A certificate of the structure watches two coordinates on an axis (meetings.mjs); a pair
+// watches the distance of two discs.
 
 import { elapsed, later, timeOf } from "./clock.mjs";
 import { momentOfEvent, seek } from "./events.mjs";
@@ -12,13 +12,13 @@ const short = (number) => String(Number(number.toPrecision(5)));
 const signed = (number) => `${number < 0 ? "\u2212" : "+"} ${short(Math.abs(number))}`;
 const inTime = (moment, { start, unit }) => Number(timeOf(moment, start, unit).toPrecision(10));
 
-/** The bodies on which a shape hangs, in their order, each once. */
+/** The bodies of a shape's coordinates, in their order, each once. */
 export function bodiesOf(structure, shape) {
   const from = structure.start[shape];
   return [...new Set(structure.body.subarray(from, from + structure.size[shape]))].filter((body) => body >= 0);
 }
 
-/** A shape in words: what it is, and of whom. */
+/** A shape in words: its kind and its bodies. */
 export function shapeInWords(structure, shape) {
   const [role, label] = [structure.roles[structure.role[shape]], structure.labels[structure.label[shape]]];
   const those = bodiesOf(structure, shape);
@@ -28,9 +28,9 @@ export function shapeInWords(structure, shape) {
 }
 
 /**
- * What the certificate of a shape says, at a moment of a run {motion, done, structure}: {title, formula, gap, fails}.
- * `gap` is a function of the time since that moment, `fails` the moment at which it has a root. Both are null where
- * there is no certificate, or where the shape does not show what it watches; then `formula` says so.
+ * The certificate of a shape in words, at a moment of a run {motion, done, structure}: {title, formula, gap, fails}.
+ * `gap` is a function of the time since that moment, `fails` the moment of its root. Both are null without a
+ * certificate, or if the shape does not show the watched coordinates; then `formula` says so.
  */
 export function proofOf(run, shape, moment, held, owner = -1) {
   const { structure, motion, done } = run;
@@ -51,7 +51,7 @@ export function proofOf(run, shape, moment, held, owner = -1) {
   return { title, formula, gap, fails };
 }
 
-/** The same of two bodies: their distance less their radii. Its root is the contact, if the plans stay as they are. */
+/** The same for two bodies: their distance less their radii. Its root is the contact, if the plans do not change. */
 export function proofOfPair({ motion, events, done, passing }, [a, b], moment, held) {
   const title = `pair ${a}-${b}`;
   const { radius, outline, x } = motion.bodies;
@@ -62,13 +62,13 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
   const [[ux, uy], [vx, vy]] = both.map((body) => motion.velocity(body, moment));
   const [wx, wy, reach] = [vx - ux, vy - uy, radius[a] + radius[b]];
   const [from, to] = both.map((body) => motion.pull(body) ?? [0, 0]);
-  const bends = to.map((pull, axis) => 0.5 * (pull - from[axis])); // 0 where both are accelerated alike
+  const bends = to.map((pull, axis) => 0.5 * (pull - from[axis])); // 0 if both have the same acceleration
   const met = metNext(events, done, a, b);
   const images = motion.images(...both, met ?? moment);
   const isPassing = ({ image }) => passing.holds(done, ...both, image);
   const through = images.filter(isPassing).length;
   const passes = `they are passing through each other${through > 1 ? `, through ${through} images` : ""}`;
-  const next = images.find((each) => !isPassing(each)); // with which they meet: of those that do not pass the nearest then
+  const next = images.find((each) => !isPassing(each)); // the image of the contact: the nearest that does not pass then
   const since = met ? elapsed(met, ...moment, held.unit) : 0;
   const [dx, dy] = [wx, wy].map((speed, axis) => (next ?? images[0]).apart[axis] - (speed + bends[axis] * since) * since);
   const fails = next ? met ?? (bends.some(Number) ? null : rootOf([dx, dy], [wx, wy], reach, moment, held.unit)) : null;
@@ -81,7 +81,7 @@ export function proofOfPair({ motion, events, done, passing }, [a, b], moment, h
   return { title, formula: `\u221a(${square(dx, wx, bends[0])} + ${square(dy, wy, bends[1])}) \u2212 ${short(reach)} > 0; ${when}${through ? `; ${passes}` : ""}`, gap, fails };
 }
 
-/** The moment of the recorded contact of two bodies, if neither has another plan before it; or null. */
+/** The moment of the recorded contact of two bodies, if neither gets another plan before it; or null. */
 function metNext(events, done, a, b) {
   const [one, other] = [a, b].map((body) => {
     let event = seek(events, done, 1, "all", body);
@@ -91,7 +91,7 @@ function metNext(events, done, a, b) {
   return one >= 0 && one === other && ["disc", "pass"].includes(KINDS[events.kind[one]]) ? momentOfEvent(events, one) : null;
 }
 
-/** When two discs first touch: in doubles, for a curve; the run's own arithmetic is exact. Null if they do not. */
+/** The first contact of two discs in doubles, for a curve; the run's own arithmetic is exact. Null without a contact. */
 function rootOf([dx, dy], [wx, wy], reach, moment, unit) {
   const [square, nears, rest] = [wx * wx + wy * wy, -(dx * wx + dy * wy), dx * dx + dy * dy - reach * reach];
   const under = nears * nears - square * rest;

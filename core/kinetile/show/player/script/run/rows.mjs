@@ -1,5 +1,5 @@
-// Rows from what a page holds of them: bits in which they differ from what the plans before them foretell.
-// recording.py says the same, operation by operation.
+// Rows from the data of a page: the bits that differ between a row and its prediction from the plans before it.
+// recording.py computes the same, operation by operation.
 
 import { elapsed } from "./clock.mjs";
 import { PLAN, PULL, WHOLE, planIn, positionAfter, velocityAfter } from "./plan.mjs";
@@ -18,45 +18,45 @@ export const MOVE = 12;
 const word = new BigUint64Array(1);
 const double = new Float64Array(word.buffer);
 
-/** The double whose bits differ from a foretold one by these. */
+/** The double that differs from a predicted one by these bits. */
 function differing(foretold, bits) {
   double[0] = foretold;
   word[0] ^= bits;
   return double[0];
 }
 
-/** Running sums, in place: of whole numbers that a double holds exactly. */
+/** Running sums, in place, of whole numbers that a double holds exactly. */
 function sums(column) {
   for (let row = 1; row < column.length; row += 1) column[row] += column[row - 1];
   return column;
 }
 
-/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy, ax, ay; where axes are periodic kx, ky). */
+/** A copy of the plans of bodies (columns there, epoch, tick, x, y, vx, vy, ax, ay; with periodic axes kx, ky). */
 export function copyPlans(bodies) {
   const plans = {};
   for (const name of ["there", "epoch", "tick", ...PLAN, ...PULL, ...WHOLE, "kx", "ky"]) plans[name] = bodies[name].slice();
   return plans;
 }
 
-/** Whether a row of a kind gives plans to bodies. */
+/** True if a row of a kind gives plans to bodies. */
 export function givesPlans(kind) {
   return kind !== PASS && kind !== PART;
 }
 
-/** Whether a row of a kind is no event: a plan that is written down anew, or by which a body is held or let go. */
+/** True if a row of a kind is not an event: a plan that is anchored again, or that holds or releases a body. */
 export function isAside(kind) {
   return kind === ANCHOR || kind === HOLD;
 }
 
-/** Whether a body is there after an event of a kind. */
+/** True if a body is present after an event of a kind. */
 export function isThereAfter(kind) {
   return kind === REMOVE ? 0 : 1;
 }
 
 /**
- * The rows of a run: columns kind, epoch, tick, a, b, and of flight 2 * row + side (0 for a, 1 for b) place
- * x, y, velocity vx, vy, where bodies are accelerated ax, ay, the periods kx, ky that were taken off the place since the
- * body's first one, and the flight `before` it of the same body (-1: the plan that it began with).
+ * The rows of a run: columns kind, epoch, tick, a, b, and for flight 2 * row + side (0 for a, 1 for b) place x, y,
+ * velocity vx, vy, with accelerated bodies ax, ay, the periods kx, ky that were taken off the place since the body's
+ * first one, and `before`, the flight before it of the same body (-1: the plan that it began with).
  */
 export function rebuild(bodies, coded, { unit, periods, pull }) {
   const { kind, a, b } = coded;

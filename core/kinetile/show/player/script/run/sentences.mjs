@@ -1,5 +1,5 @@
-// Events in sentences: what has happened, and what has come of the structure with it. A phase says what it keeps by
-// the shapes that it draws, so the sentence follows from those before and after, for any phase.
+// Events in sentences: the event, and the changes of the structure with it. A phase shows its structure by the shapes
+// that it draws, so the sentence follows from the shapes before and after, for any phase.
 
 import { KINDS } from "./rows.mjs";
 import { inWords, momentOfEvent } from "./events.mjs";
@@ -12,13 +12,13 @@ const MOST_NAMED = 3; // pairs: more are only counted
 
 const counted = (count, role) => `${NUMBERS[count] ?? count} ${count === 1 ? role : plural(role)}`;
 
-/** The events of one run in sentences, each made when it is first asked for. */
+/** The events of one run in sentences, each made on its first use. */
 export class Sentences {
   /** `run`: {rows, structure}; `events`: its events; `held`: what the page holds. */
   constructor({ rows, structure }, events, bodies, held) {
     Object.assign(this, { structure, events, held, known: new Map() });
     this.size = Math.max(held.box[2] - held.box[0], held.box[3] - held.box[1]);
-    this.motion = new Motion(bodies, rows, held.unit, held.periods); // the plans before an event, wherever the page is
+    this.motion = new Motion(bodies, rows, held.unit, held.periods); // the plans before an event, whatever the page's moment
   }
 
   /** An event as a sentence. */
@@ -35,7 +35,7 @@ export class Sentences {
     return [lead, isKnown ? this.#changes(event + 1).join("; ") : ""].filter(Boolean).join(": ");
   }
 
-  /** What fails at a structural event: what passes what, or nothing where the shapes do not say. */
+  /** The failure at a structural event: two coordinates that pass each other; empty if the shapes do not show it. */
   #failure(event) {
     const { structure, events, motion } = this;
     const [moment, body] = [momentOfEvent(events, event), events.a[event]];
@@ -54,7 +54,7 @@ export class Sentences {
     return due.some((shape) => structure.roles[structure.role[shape]] === "cell") ? `body ${body} leaves its cell` : null;
   }
 
-  /** What differs in the structure after so many events from before the last of them. */
+  /** The changes of the structure by the last of a number of events. */
   #changes(done) {
     const { structure } = this;
     const { came, gone } = structure.changes(done);
@@ -63,7 +63,7 @@ export class Sentences {
     for (const [shape, sign] of [...gone.map((each) => [each, -1]), ...came.map((each) => [each, 1])]) {
       const kind = SHAPES[structure.shape[shape]];
       const role = structure.roles[structure.role[shape]];
-      if (role === "certificate" || role === "axis") continue; // the next one to watch is no change
+      if (role === "certificate" || role === "axis") continue; // the next certificate is not a change
       const isAgain = sign > 0 && !structure.fresh[shape];
       if (kind === "link" || kind === "entry") {
         const pair = [0, 2].map((at) => structure.body[structure.start[shape] + at]).join("-");
@@ -92,7 +92,7 @@ export class Sentences {
   }
 }
 
-/** What passes what; of a cell, who leaves it. */
+/** A meeting in words: two coordinates that pass each other, or a body that leaves its cell. */
 export function meetingInWords(structure, done, { axis, one, other }, role) {
   const [passes, passed] = [one, other].map((each) => sideInWords(structure, done, each, axis));
   const [body, place] = one.body < 0 ? [passed, passes] : [passes, passed];

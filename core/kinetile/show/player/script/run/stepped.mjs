@@ -1,9 +1,9 @@
-// A time-stepped engine, as games have it: bodies are moved by a step, and those that overlap then and approach bounce.
+// A time-stepped engine, as in games: bodies move by a step; then bodies that overlap and approach bounce.
 
 import { Live } from "./live.mjs";
 
 export class Stepped extends Live {
-  /** As `Live`, with a step in ticks. */
+  /** Like `Live`, with a step in ticks. */
   until(end, deadline) {
     while (this.now + this.step <= end) {
       if (performance.now() > deadline) return false;

@@ -1,4 +1,4 @@
-// The structure that a phase draws: shapes that hang on bodies, each there from one number of events to another.
+// The structure that a phase draws: shapes that hang on bodies, each present from one number of events to another.
 
 import { compare } from "./clock.mjs";
 import { apartAlong } from "./motion.mjs";
@@ -9,17 +9,17 @@ const PLURALS = { axis: "axes" };
 const ITSELF = [[0, 0]];
 const STATES = ["old", "again", "fresh", "next"];
 
-/** More than one of a role. */
+/** The plural of a role. */
 export const plural = (role) => PLURALS[role] ?? `${role}s`;
 
-/** A log of shapes (columns as structure.py names them), to be asked what there is after so many events. */
+/** A log of shapes (columns as in recording.py): it returns the shapes after any number of events. */
 export class Structure {
   constructor(columns, labels, roles, seen) {
     Object.assign(this, columns);
-    this.seen = seen; // after more events than these it is not known
+    this.seen = seen; // the last number of events with a known structure
     this.labels = labels;
     this.roles = roles;
-    this.start = new Int32Array(columns.size.length); // of each shape's coordinates
+    this.start = new Int32Array(columns.size.length); // the index of each shape's first coordinate
     for (let shape = 1; shape < this.start.length; shape += 1) {
       this.start[shape] = this.start[shape - 1] + columns.size[shape - 1];
     }
@@ -27,7 +27,7 @@ export class Structure {
     this.layered = -1;
   }
 
-  /** The shapes that are there after so many events, by their numbers; those below first. */
+  /** The shapes that are present after a number of events, by their numbers; the lowest layer first. */
   at(done) {
     if (done !== this.asked) {
       this.asked = done;
@@ -39,7 +39,7 @@ export class Structure {
     return this.found;
   }
 
-  /** The shapes that have come with the last of so many events, and those that have gone: {came, gone}. */
+  /** The shapes that the last of a number of events has created and removed: {came, gone}. */
   changes(done) {
     this.ends ??= [this.first, this.last].map((column) => {
       const found = new Map();
@@ -50,14 +50,14 @@ export class Structure {
     return { came, gone };
   }
 
-  /** Whether a shape hangs on a body. */
+  /** True if a shape hangs on a body. */
   hangsOn(shape, body) {
     const first = this.start[shape];
     for (let at = first; at < first + this.size[shape]; at += 1) if (this.body[at] === body) return true;
     return false;
   }
 
-  /** Of the shapes that are there after so many events, on a body unless that is null, those that fail first. */
+  /** The shapes that fail first after a number of events, on a body unless that is null. */
   failing(done, body = null) {
     let found = [];
     let least = null;
@@ -72,9 +72,9 @@ export class Structure {
   }
 
   /**
-   * The shapes that are there after so many events, in groups that look alike, those below first: {role, state,
-   * shapes}. Its state is "next" (it fails first), "fresh" (it has come with the last event), "again" (it has only
-   * been scheduled anew then) or "old".
+   * The present shapes after a number of events, in groups that look alike, the lowest layer first: {role, state,
+   * shapes}. The state is "next" (it fails first), "fresh" (the last event has created it), "again" (the last event has
+   * only rescheduled it) or "old".
    */
   layers(done) {
     if (done !== this.layered) {
@@ -95,13 +95,13 @@ export class Structure {
     return this.groups;
   }
 
-  /** What to look at after so many events: the shapes that have just come, or else those that fail next. */
+  /** The news after a number of events: the shapes that are new, or else the shapes that fail next. */
   news(done) {
     const fresh = this.at(done).filter((shape) => SHAPES[this.shape[shape]] !== "entry" && this.isFresh(shape, done));
     return fresh.length ? fresh : this.failing(done);
   }
 
-  /** Whether a shape has come with the last of so many events. */
+  /** True if the last of a number of events has created a shape. */
   isFresh(shape, done) {
     return this.#age(shape, done) === "fresh";
   }
@@ -111,7 +111,7 @@ export class Structure {
     return this.fresh[shape] ? "fresh" : "again";
   }
 
-  /** The entries of the matrix after so many events: {a, b, role, label, fresh}. */
+  /** The entries of the matrix after a number of events: {a, b, role, label, fresh}. */
   entries(done) {
     const found = this.at(done).filter((shape) => SHAPES[this.shape[shape]] === "entry");
     return found.map((shape) => {
@@ -121,12 +121,12 @@ export class Structure {
     });
   }
 
-  /** Whether a matrix is drawn, at any time. */
+  /** True if a matrix is drawn, at any time. */
   get hasMatrix() {
     return this.shape.includes(SHAPES.indexOf("entry"));
   }
 
-  /** How many shapes of each role there are after so many events, and how many entries of the matrix. */
+  /** The number of shapes of each role after a number of events, and the number of entries of the matrix. */
   counts(done) {
     const counts = {};
     let entries = this.at(done).length;
@@ -139,7 +139,7 @@ export class Structure {
     return counts;
   }
 
-  /** The bodies with which a body is drawn as a pair after so many events. */
+  /** The bodies that form a drawn pair with a body after a number of events. */
   partners(done, body) {
     const found = [];
     for (const shape of this.at(done)) {
@@ -150,7 +150,7 @@ export class Structure {
     return found.sort((one, other) => one - other);
   }
 
-  /** The points [x, y] of a shape, with places of the bodies: {x, y}, and where axes are periodic {kx, ky, periods}. */
+  /** The points [x, y] of a shape, with places of the bodies: {x, y}, and with periodic axes {kx, ky, periods}. */
   points(shape, places) {
     const found = [];
     for (let at = this.start[shape]; at < this.start[shape] + this.size[shape]; at += 2) {
@@ -159,7 +159,7 @@ export class Structure {
     return found;
   }
 
-  /** How far the images of a shape that can be seen in the box are from it: [right, up] of each. */
+  /** The shifts from a shape to its images that are visible in the box: [right, up] of each. */
   images(shape, places) {
     if (!places.periods) return ITSELF;
     const [across, upwards] = places.periods.map((period, axis) => {
@@ -172,7 +172,7 @@ export class Structure {
     return across.flatMap((right) => upwards.map((up) => [right, up]));
   }
 
-  /** What a shape is: plain data, to be compared. */
+  /** A shape as plain data, for comparisons. */
   plain(shape) {
     const own = { shape: SHAPES[this.shape[shape]], role: this.roles[this.role[shape]], label: this.labels[this.label[shape]] };
     const fails = Number.isNaN(this.epoch[shape]) ? null : [this.epoch[shape], this.tick[shape]];
@@ -183,7 +183,7 @@ export class Structure {
     return { ...own, fails, coordinates };
   }
 
-  /** A coordinate of a shape by its place in `body` and `offset`: x and y by turns. A body is where it is shown; the others of a shape are beside the first one, through the image that the shape has; of a link, through the nearest. */
+  /** A coordinate of a shape by its place in `body` and `offset`: x and y by turns. The shape's first body is at its displayed place; the others are beside it, through the shape's image; for a link, through the nearest. */
   coordinate(shape, at, places) {
     const body = this.body[at];
     if (body < 0) return this.offset[at];
@@ -198,7 +198,7 @@ export class Structure {
     return place + (this.turns[at] + taken[body] - taken[leader]) * period;
   }
 
-  /** The first body of a shape on an axis; -1 where a coordinate is a fixed number. */
+  /** The first body of a shape on an axis; -1 if a coordinate is a fixed number. */
   #leader(shape, axis) {
     for (let at = this.start[shape] + axis; at < this.start[shape] + this.size[shape]; at += 2) if (this.body[at] < 0) return -1;
     return this.body[this.start[shape] + axis];
