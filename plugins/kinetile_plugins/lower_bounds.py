@@ -6,19 +6,20 @@ Why a numbered delay is a bound
 *Numbered delays.* The least of many delays has to identify its partner, so each delay stores its partner's
 place, 0 to 63, in its last six bits (``kinetile.kernel.vectors.numbered``). These bits are cleared, 64 units
 of the last place are subtracted, and the place is added: a delay decreases by 1 to 127 units, less than 2^-45
-of it, and never increases. So a bound stays a bound, and needs no other margin. Before that a delay is at
-least 2^-1000. From this, 64 units can be subtracted, and it is less than any tick, so its floor is the
-present tick. An infinite delay becomes a number above 2^1023; above 2^1023 a delay means never, far beyond
-2^62 ticks. Two delays that differ by less than 127 units may be exchanged. Then the partner is the other one,
-and both bounds hold as before: the first is below the contact with the partner, and the second, the least of
-all others, below theirs. More than 64 partners are processed 64 at a time; the two least delays of each 64
-are compared with the two so far.
+of it, and never increases. So a bound stays a bound, and needs no other margin. Delays are first raised to at
+least 2^-1000, so that 64 units can be subtracted. That is far below a tick, so the floor is still the present
+tick. An infinite delay becomes a number above 2^1023; above 2^1023 a delay means never, far beyond 2^62
+ticks. Two delays that differ by less than 127 units may change their order. Then the partner is the other
+one, and both bounds hold as before: the first is below the contact with the partner, and the second, the
+least of all others, below theirs. More than 64 partners are processed 64 at a time; the two least delays of
+each 64 are compared with the two so far.
 
 *The second bound* of discs is not the second delay, which is not needed (``alone``). If no other delay is
-within 2^22 ticks of the first (``ROOM``; and 2^-40 of it), all others are later than this limit: so it is a
-bound. Else the first delay is the bound. The exact tick of the first, computed at the head of the queue, is
-nearly always before the second bound; if not, all contacts of the body are computed exactly. For bodies whose
-radii are equal and stay so, (R + fat)^2 is the same number for all partners, by the same operations.
+within 2^22 ticks (``ROOM``) and 2^-40 of the first delay after it, all others are later than this limit: so
+it is a bound. Else the first delay is the bound. The exact tick of the first, computed at the head of the
+queue, is nearly always before the second bound; if not, all contacts of the body are computed exactly. For
+bodies whose radii are equal and stay so, (R + fat)^2 is the same number for all partners, by the same
+operations.
 """
 
 from kinetile.toolbox import Kernel, hook, since_origin, smaller

@@ -1,18 +1,18 @@
 """Sweep-and-prune: the bounds of all bodies, kept sorted while bodies move, on one axis, on both axes, or
 along any number of lines of any direction (thesis, section 3.2 and appendix A.4).
 
-On an axis each body has a lower bound L and an upper bound R. Their distances from the body's place are its
-reaches to the two sides. A list holds the 2n bounds in order, and each two neighbours have a certificate: the
-left bound is not right of the right one. When a certificate fails, the two bounds are exchanged, and the
-three gaps around them are scheduled again (thesis, figure 9). Overlaps change only when an R and an L pass::
+On an axis each body has a lower bound L and an upper bound R, as far from the body's place as it reaches to
+the two sides. A list holds the 2n bounds in order, and each two neighbours have a certificate: the left bound
+is not right of the right one. When a certificate fails, the two bounds are exchanged, and the three gaps
+around them are scheduled again (thesis, figure 9). Overlaps change only when an R and an L pass::
 
     R(a) L(b)  ->  L(b) R(a)    the intervals meet
     L(a) R(b)  ->  R(b) L(a)    the intervals part
 
 ``sap-1d`` sorts one axis; its candidate pairs are the bodies whose intervals overlap there. ``sap-2d`` sorts
 both axes; its candidate pairs are the bodies whose boxes overlap. When two intervals meet on one axis, the
-other axis decides. The thesis stores a matrix for this decision; it counts for each two bodies the axes with
-an overlap (figure 8). Here the two lists replace the matrix: the places of four bounds say whether two bodies
+other axis decides. For this the thesis stores a matrix: for each pair, the number of axes on which they
+overlap (figure 8). Here the two lists replace the matrix: the places of four bounds say whether two bodies
 overlap on an axis, so memory is O(n + overlaps), while a stored matrix needs n^2. ``sap-k`` has k lists; its
 candidate pairs overlap in all of them. ``sap-1d`` and ``sap-2d`` are cases of it.
 

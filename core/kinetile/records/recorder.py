@@ -1,15 +1,15 @@
 """Recorder of a run: it writes every event that changes a flight plan into an event file.
 
-A row is one such event, with position and velocity of its bodies right after it (``kinetile.LOG`` has the
-columns). Between two of its rows a body flies straight, so the rows and the scene in the metadata are the
-whole trajectory (``kinetile.records.trajectory``).
+A row is one such event, with position and velocity of its bodies right after it (``kinetile.LOG`` lists the
+columns). Between two of its rows a body has one plan, so the rows and the scene in the metadata are the whole
+trajectory (``kinetile.records.trajectory``).
 
-During a run its rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run can write
-meanwhile (``kinetile.records.locks``), at most a quarter of a second or 65,536 rows late. When the recorder
-closes, at every end of a run, it makes ``FILE`` from the log, in Parquet (``kinetile.records.finishing``),
-and removes the log. "status" in the metadata is "complete", "interrupted", "fault: ..." or "disk: ...". A
-process that is killed, or has no room for ``FILE``, leaves the log; ``kinetile.records.recover`` makes
-``FILE`` from it. A link is followed; only regular files are replaced.
+During a run the rows are in ``FILE.partial``, a log (``kinetile.records.log``) that no other run can write
+meanwhile (``kinetile.records.locks``). The log lags by at most a quarter of a second or 65,536 rows. When the
+recorder closes, at every end of a run, it makes ``FILE`` from the log, in Parquet
+(``kinetile.records.finishing``), and removes the log. "status" in the metadata is "complete", "interrupted",
+"fault: ..." or "disk: ...". A process that is killed, or has no room for ``FILE``, leaves the log;
+``kinetile.records.recover`` makes ``FILE`` from it. A link is followed; only regular files are replaced.
 """
 
 import json

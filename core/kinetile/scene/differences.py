@@ -1,6 +1,7 @@
-"""Differences of convex cores, in rationals. The *difference* of two cores is the hull of all corners of the
-first minus all corners of the second. Let d be the second reference point minus the first: the bodies touch
-if d is as far from the difference as the sum of their radii. So the test needs a point and one polygon."""
+"""Differences of convex cores, in rationals. The *difference* of two cores is the hull of all p - q, with p a
+corner of the first core and q of the second. Let d be the second reference point minus the first: the bodies
+touch if d is as far from the difference as the sum of their radii. So the test needs a point and one polygon.
+"""
 
 from collections.abc import Sequence
 from fractions import Fraction

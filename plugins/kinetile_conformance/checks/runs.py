@@ -1,5 +1,5 @@
-"""Observations of a run: its contacts and its end, compared with the reference's after any actions at its
-stops; and invariants at the stops, which often break long before a contact is missed, and name the fault."""
+"""Observations of a run: its contacts and its end must equal the reference's, whatever was done at its stops;
+and invariants at the stops, which often break long before a contact is missed, and name the fault."""
 
 import tempfile
 from collections.abc import Callable

@@ -8,10 +8,10 @@ need wrapping. With an arena the table has one more column and row than the aren
 arena share a place, and opposite edges of the arena are not adjacent.
 
 A place has a block of eight integers: the numbers of seven bodies, and the count of the valid ones. So one
-vector copies a block (``append``). If the block is full, a body is put into the list of the cell, which is
-linked through the bodies. A counter holds the number of cells of a level with a list. It is 0 in most scenes,
-and then no list is read. The width of a body is twice its farthest reach to a side. A cell is wider than
-necessary by twice its ``slack``.
+vector operation copies a block (``append``). If the block is full, a body is put into the list of the cell,
+which is linked through the bodies. Each level counts its cells that have a list: none in most scenes, and
+then no list is read. The width of a body is twice its largest reach. A cell is wider than necessary by twice
+its ``slack``.
 
 Why the table loses no pair
 ===========================

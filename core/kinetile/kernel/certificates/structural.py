@@ -1,8 +1,8 @@
-"""Structural certificates: the ticks of their failures, and their registration by a broad phase.
+"""Structural certificates: when they fail, and how a broad phase schedules them.
 
-A structural certificate says that some quantity, a gap between two bounds, is not negative. The sign of its
-rate alone decides whether it will fail, never a comparison of times with now: a failure time in the past is
-the next event (thesis, section 5.2).
+A structural certificate says that some quantity, a gap between two bounds, is not negative. Only the sign of
+the gap's rate decides whether it will fail; times are never compared with now. So a failure time in the past
+is allowed: it is the next event (thesis, section 5.2).
 """
 
 import math

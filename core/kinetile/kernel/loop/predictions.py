@@ -1,4 +1,4 @@
-"""Predictions: the meaning and the computation of the contacts in a body's queue entry.
+"""Predictions: what a queue entry claims about a body's contacts, and how it is computed.
 
 An entry of body h makes these claims on all bodies near it when it was refreshed, and all newcomers since::
 
@@ -12,8 +12,8 @@ Coverage
 ========
 
 An entry of h **covers** a near pair {h, j} if it is true for this pair: the contact of h and j is not before
-``tick``, and not before ``guard`` if j is not the partner, and exactly at ``tick`` if j is the partner,
-``exact`` is set and ``seen`` is j's stamp.
+``tick``; if j is not the partner, it is not before ``guard``; and if j is the partner, ``exact`` is set and
+``seen`` is j's stamp, it is exactly at ``tick``.
 
     Between two events every near pair that is not barred is covered by one of its bodies.
 
@@ -21,9 +21,9 @@ Five rules maintain this invariant:
 
 1. *A body whose plan has changed raises its stamp and is predicted again.* It covers all its pairs. The
    entries of other bodies do not change; they may now be wrong for this body, and that is allowed.
-2. *A newcomer is predicted by one of the two*: the body under repair, or the first of an ``offer``. If its
-   contact may be first, the old first becomes the guard; else the guard is lowered to it. The entry still
-   covers the pairs that it covered.
+2. *A newcomer is predicted by one of the two*: the body under repair, or the first of an ``offer``. If the
+   newcomer's contact may be the first, the old first becomes the guard; else the guard is lowered to it. The
+   entry still covers the pairs that it covered.
 3. *An entry at the head whose partner has another plan is predicted again.* Until then the partner covered
    the pair, by rule 1.
 4. *If a guess turns out to be at or after ``guard``, all contacts of the body are computed exactly.*

@@ -588,8 +588,8 @@ class Engine(Tables):
 
     def blockers(self, rows: Rows) -> Integers:
         """Returns the blocker of each body that these commands insert, one by one: a slot or a wall that it
-        would reach into, NO_BLOCKER - 1 - i for the body of command i, or NO_BLOCKER. The loop would find the
-        same, but it needs a copy of all tables."""
+        would reach into, NO_BLOCKER - 1 - i if the body of command i blocks it, or NO_BLOCKER. The loop would
+        find the same, but it needs a copy of all tables."""
         found = np.empty(len(rows), dtype=np.int64)
         if self._search is None:
             compiled = not (self.as_python if self.is_ready else self.begins_as_python)
