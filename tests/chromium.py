@@ -33,8 +33,11 @@ SHIFT = 8
 class Browser:
     """A browser with one page in it, closed at the end of a ``with``. ``events`` are all its events."""
 
-    def __init__(self, width: int = 1280, height: int = 800, *, dark: bool = False) -> None:
-        """Starts one with a window of a size in pixels; ``dark``: in the reader's dark colour scheme."""
+    def __init__(
+        self, width: int = 1280, height: int = 800, *, dark: bool = False, still: bool = True
+    ) -> None:
+        """Starts one with a window of a size in pixels; ``dark`` as a reader's system may be. A page does not
+        begin to play by itself where motion is unwanted (``still``)."""
         chromium = program("chromium")
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_it, ours = os.pipe()
@@ -49,6 +52,7 @@ class Browser:
         options = ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
         options += ["--remote-debugging-pipe", "--no-first-run", "--disable-background-networking"]
         options += ["--disable-component-update", "--disable-sync", "--disable-quic"]
+        options += ["--force-prefers-reduced-motion"] if still else []
         self.process = subprocess.Popen(
             [chromium, *options, f"--user-data-dir={self._folder.name}", "about:blank"],
             close_fds=False,

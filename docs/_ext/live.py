@@ -17,9 +17,9 @@ a reader makes it::
   for here. Files that a command names are looked for from the folder in which the document stands.
 * ``:height: 30rem`` in the first line of the block is how high the frames are, 54rem without it; ``:link:
   try`` opens the page at its link ``#try``.
-* ``:class: tiles`` puts pictures beside each other, each of which leads to the page of its command: of a
-  third of the time that ``--until`` says, else of the start, with arrows, and with the structure unless
-  ``--no-steps`` is said. Captions of tiles are parts of that of the block, between semicolons.
+* ``:class: tiles`` puts pictures beside each other, each of which leads to the page of its command: two
+  thirds of the way to ``--until``, else at the start, and with the structure unless ``--no-steps`` is given.
+  Captions of tiles are parts of the caption of the block, between semicolons.
 
 A command that fails is a warning of the type ``live.failed``, with what it has said; where warnings are
 errors, there is no site.
@@ -146,12 +146,12 @@ def commands(text: str) -> list[str]:
 def drawn_for(command: str) -> str:
     """Return the command that draws the picture of a tile, for one that makes its page."""
     words = shlex.split(command)
-    kept = ["kinetile", "draw", words[2], "--velocities", "--no-pairs"]
+    kept = ["kinetile", "draw", words[2], "--bare", "--no-pairs"]
     for word, value in pairwise(words):
         if word in ("-s", "--set", "--broad-phase"):
             kept += [word, value]
         if word == "--until":
-            kept += ["--at", f"{float(value) / 3:g}"]
+            kept += ["--at", f"{2 * float(value) / 3:g}"]
     return shlex.join([*kept, *(["--roles", "certificate"] if "--no-steps" in words else [])])
 
 
@@ -235,9 +235,13 @@ def show(self: Any, node: shown) -> None:
     title, uri = html.escape(node["title"]), html.escape(up)
     if "picture" in node:
         picture = html.escape(posixpath.join(posixpath.dirname(up), posixpath.basename(node["picture"])))
-        link = f'<a class="reference internal" href="{uri}"><img src="{picture}" alt="Play: {title}"></a>'
-        self.body.append(f'<div class="tile">{link}<p class="live-link">')
-    elif uri.endswith(".html"):
+        link = (
+            f'<a class="reference internal plays" href="{uri}"><img src="{picture}" alt="Play: {title}"></a>'
+        )
+        self.body.append(f'<div class="tile">{link}<details class="live-link"><summary>command</summary>')
+        self.body.append(f"<code>{html.escape(node['command'])}</code></details></div>")
+        raise nodes.SkipNode
+    if uri.endswith(".html"):
         height = html.escape(node["height"])
         place = uri + html.escape(node["link"])
         self.body.append(

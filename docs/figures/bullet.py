@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import kinetile as kt
-from kinetile.show.picture import DARK, LIGHT, NEXT_LOOK
+from kinetile.show.picture import DARK, KINDS, LIGHT, NEXT_LOOK
 
 SCENE = Path(__file__).parents[1] / "scenes" / "bullet.toml"
 RATE = 60
@@ -34,17 +34,20 @@ SCALE, GAP, HEAD = 104.0, 24.0, 44.0
 
 WIDTH, HEIGHT = ROOM[0] * SCALE, ROOM[1] * SCALE
 CLOCK = HEIGHT + 22.0
-BLUE = "#0072B2"
+BLUE, ORANGE, *_ = KINDS
+
+BEHIND_WALL, BEFORE_WALL, ABOVE_DISCS = (2.75, 1.85), (0.15, 1.85), (0.15, 0.92)
+"""The places of the texts in the scene."""
 
 Track = list[tuple[float, float, float]]
 
 
 class Pane(NamedTuple):
-    """What happens in a pane: (time, x, y) of each body, texts with their times, and marks as SVG."""
+    """Content of a pane: (time, x, y) of each body, texts with their times and places, and marks as SVG."""
 
     title: str
     tracks: list[Track]
-    said: list[tuple[float, str]]
+    said: list[tuple[float, str, float, float]]
     marks: list[tuple[float, float, str]]  # from, until
     jumps: bool
 
@@ -71,12 +74,12 @@ def stepped(scene: kt.Scene) -> Pane:
         place += velocity / RATE
         if before < place[plate, 0] < place[bullet, 0]:
             (x, y), (to_x, _) = at(*tracks[bullet][-1][1:]), at(*place[bullet])
-            said.append((now, "bullet: through the wall"))
+            said.append((now, "missed", *BEHIND_WALL))
             marks.append((now, UNTIL, f'<path class="wrong way" d="M{x} {y}H{to_x}"/>'))
         reach = float(scene.radius[left])
         apart = place[right, 0] - place[left, 0]
         if apart < 2 * reach and velocity[left, 0] > velocity[right, 0]:
-            said.append((now, f"discs: {2 * reach - apart:.2f} m too deep"))
+            said.append((now, f"{2 * reach - apart:.2f} m too deep", *ABOVE_DISCS))
             high = math.sqrt(reach**2 - apart**2 / 4)
             x, y = at(place[left, 0] + apart / 2, place[left, 1] + high)
             _, low = at(0.0, place[left, 1] - high)
@@ -94,7 +97,7 @@ def exact(scene: kt.Scene) -> Pane:
     sim = kt.Simulation(scene)
     tracks: list[Track] = [[(0.0, *spot)] for spot in sim.positions().tolist()]
     said, marks = [], []
-    names = {("bullet", "plate"): "bullet: stops at", ("ball", "ball"): "discs: bounce at"}
+    words = {("bullet", "plate"): ("hit", BEFORE_WALL), ("ball", "ball"): ("bounce", ABOVE_DISCS)}
     for event in sim.steps(UNTIL):
         if len(event.bodies) == 2:
             first, second = event.bodies
@@ -103,7 +106,8 @@ def exact(scene: kt.Scene) -> Pane:
                 tracks[body].append((event.time, *spots[body]))
             x = spots[first][0] + (float(scene.radius[first]) if first else 0.04)
             cx, cy = at(x, spots[first][1])
-            said.append((event.time, f"{names[sim.kinds[first], sim.kinds[second]]} {event.time:.12g} s"))
+            word, place = words[sim.kinds[first], sim.kinds[second]]
+            said.append((event.time, f"{word} at {event.time:.3g} s", *place))
             ring = f'<circle class="right" cx="{cx}" cy="{cy}" r="9"/>'
             tick = f'<path class="right" d="M{n(event.time / UNTIL * WIDTH)} {n(CLOCK - 12)}v24"/>'
             marks.append((event.time, UNTIL, ring + tick))
@@ -166,10 +170,10 @@ def drawn(pane: Pane, scene: kt.Scene, plays: bool) -> list[str]:
     hand = animate("cx", frames, pane.jumps) if plays else ""
     lines.append(f'<circle class="hand" cx="{frames[-1][1]}" cy="{n(CLOCK)}" r="7">{hand}</circle>')
     look = "no" if pane.jumps else "yes"
-    for row, (time, text) in enumerate(pane.said):
-        y = HEIGHT + 64.0 + 34.0 * row
+    for time, text, *place in pane.said:
+        x, y = at(*place)
         appears = shown(time, UNTIL) if plays else ""
-        lines.append(f'<text class="{look}" y="{n(y)}">{appears}{text}</text>')
+        lines.append(f'<text class="{look}" x="{x}" y="{y}">{appears}{text}</text>')
     return lines
 
 
@@ -177,7 +181,7 @@ def picture() -> str:
     """Return the whole file."""
     scene = kt.load_scene(SCENE)
     panes = [stepped(scene), exact(scene)]
-    width, height = n(2 * WIDTH + GAP + 8), n(HEAD + HEIGHT + 112)
+    width, height = n(2 * WIDTH + GAP + 8), n(HEAD + HEIGHT + 40)
     style = (
         "text{font:27px system-ui,sans-serif}.still{display:none}"
         "@media(prefers-reduced-motion:reduce){.still{display:inline}.plays{display:none}}"
@@ -187,8 +191,8 @@ def picture() -> str:
         f".right{{fill:none;stroke:{BLUE};stroke-width:3}}.was{{fill-opacity:.3}}"
     )
     papers = [
-        f".back{{fill:{paper.back}}}.room,.clock{{stroke:{paper.edge}}}.disc{{fill:{paper.disc};"
-        f"stroke:{paper.edge};stroke-width:1.5}}text,.plate,.bullet,.was,.hand{{fill:{paper.ink}}}"
+        f".back{{fill:{paper.back}}}.room,.clock{{stroke:{paper.edge}}}.disc{{fill:{BLUE};"
+        f"stroke:{paper.edge};stroke-width:1.5}}text,.plate,.hand{{fill:{paper.ink}}}.bullet,.was{{fill:{ORANGE}}}"
         f".no{{fill:{no}}}.yes{{fill:{yes}}}"
         for paper, no, yes in ((LIGHT, "#B04A00", BLUE), (DARK, "#FF9A57", "#7CC4F2"))
     ]

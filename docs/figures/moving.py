@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import kinetile as kt
 from kinetile.plugin.drawing import At, Box, Coordinate
-from kinetile.show.picture import DARK, LIGHT, LOOKS, NEXT_LOOK
+from kinetile.show.picture import DARK, KINDS, LIGHT, LOOKS, NEXT_LOOK
 
 UNTIL = 0.16
 """The end of the run, in the scene's time."""
@@ -178,7 +178,7 @@ def moving_picture() -> str:
         f".ring{{fill:none;stroke:{NEXT_LOOK.colour};stroke-width:2}}.arena{{fill:none;stroke-width:1.5}}"
     )
     papers = [
-        f".back{{fill:{paper.back}}}.arena{{stroke:{paper.ink}}}.disc{{fill:{paper.disc};stroke:{paper.edge}}}"
+        f".back{{fill:{paper.back}}}.arena{{stroke:{paper.ink}}}.disc{{fill:{KINDS[0]};stroke:{paper.edge}}}"
         for paper in (LIGHT, DARK)
     ]
     fade = _animate("opacity", [(0.0, "0"), (0.02 * UNTIL, "1"), (0.98 * UNTIL, "1"), (UNTIL, "0")])

@@ -40,6 +40,7 @@ def draw(
     ] = None,
     pairs: PairsOption = None,
     velocities: Annotated[bool, cli.flag("Draw velocities as arrows.", "--velocities")] = False,
+    bare: Annotated[bool, cli.flag("Draw no numbers, caption and legend (.svg).", "--bare")] = False,
     space_time: Annotated[
         str | None,
         cli.option(
@@ -95,7 +96,7 @@ def draw(
             raise BadOption(f"--roles: {error}") from error
         if picture.left_out:
             notice(f"kinetile: pairs are left out, they are more than {PAIRS_DRAWN}; --pairs draws them")
-        drawn = as_svg(picture, velocities) if form == "svg" else as_printed(picture, form, velocities)
+        drawn = as_svg(picture, velocities, bare) if form == "svg" else as_printed(picture, form, velocities)
     else:
         from kinetile.show.space_time import space_time_svg, take_space_time
 
@@ -112,10 +113,10 @@ def view(
         str,
         cli.argument(
             "A recipe's name, a .toml file (a scene, or a case that `kinetile conform` saved), or an event "
-            "file (.parquet).",
+            "file (.parquet); without it, the recipe grid with 60 bodies.",
             "SCENE",
         ),
-    ] = "grid",
+    ] = "",
     parameters: cli.Parameters = None,
     broad_phase: cli.BroadPhase = None,
     beside: Annotated[
@@ -151,6 +152,8 @@ def view(
     """
     form = check_ending("--out", out, (".html", ".gif", ".mp4"))
     check_new("--out", out, overwrite)
+    if not scene:
+        scene, parameters = "grid", ["bodies=60", *(parameters or ())]
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
     if form == ".html":

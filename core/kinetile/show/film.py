@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from io import BytesIO
-from itertools import chain, pairwise
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -20,7 +20,18 @@ from kinetile.errors import BadOption, answering
 from kinetile.lazy import needed
 from kinetile.run.simulation import Simulation, composition_of
 from kinetile.scene.checks import is_finite, shown
-from kinetile.show.picture import LIGHT, LOOKS, NEXT_LOOK, Picture, Position, counted, take_picture
+from kinetile.show.picture import (
+    FIXED,
+    KINDS,
+    LIGHT,
+    LOOKS,
+    NEXT_LOOK,
+    SPEEDS,
+    Picture,
+    Position,
+    counted,
+    take_picture,
+)
 from kinetile.show.player.view import to_show, window
 from kinetile.show.printed import as_pixels, check_printing
 from kinetile.targets import MARK, writing_new
@@ -35,6 +46,9 @@ MOST_SECONDS = 200
 
 WIDTHS = (64, 4096)
 """The least and the largest width of a frame in pixels."""
+
+STEPS = 3
+"""Colours of a film between two that meet."""
 
 _FLATTEST = 1e-3  # the least height of a view in widths, and the least width in heights
 
@@ -70,23 +84,31 @@ class Film:
         progress: Callable[[int, int], None] | None = None,
     ) -> Path:
         """Writes the film to a file that ends in .gif, which is added to a name without an ending, or in .mp4
-        (extra ``film``), complete or not at all, and returns its path. Calls ``progress`` after each frame
-        with the numbers of finished frames and of all frames. Replaces another film. Raises MissingExtra
-        without matplotlib, or for .mp4 without PyAV, and BadOption for a file of another name, for any other
-        file (unless ``overwrite``) and for one that cannot be written."""
+        (extra ``film``), complete or not at all, and returns its path. A .gif has every second frame, to be
+        small. ``progress`` is called after each frame, with the number of frames so far and of all. The film
+        replaces another film. Raises MissingExtra without matplotlib, or for .mp4 without PyAV, and
+        BadOption for a file of another name, any other file (unless ``overwrite``) or one that cannot be
+        written."""
         target = given if (given := Path(path)).suffix else Path(f"{given}.gif")
-        write = {".gif": self._write_gif, ".mp4": self._write_mp4}.get(target.suffix.lower())
-        if write is None:
+        form = target.suffix.lower()
+        if form not in (".gif", ".mp4"):
             raise BadOption(f"the film is {str(target)!r}; expected a name that ends in .gif or .mp4")
         with writing_new(target, overwrite) as file:
-            write(file, self._counted(progress))
+            if form == ".mp4":
+                self._write_mp4(file, self._counted(progress))
+            else:
+                half = self._halved()
+                half._write_gif(file, half._counted(progress))
         return target
 
     def _repr_html_(self) -> str:
-        file = BytesIO()
-        self._write_gif(file, self.frames())
+        file, half = BytesIO(), self._halved()
+        half._write_gif(file, half.frames())
         content, (first, *_, last) = b64encode(file.getvalue()).decode(), self.times
         return f'<img src="data:image/gif;base64,{content}" alt="A film, time {first:g} to {last:g}">'
+
+    def _halved(self) -> Film:
+        return replace(self, times=self.times[::-2][::-1]) if len(self.times) > 3 else self
 
     def _write_gif(self, file: BinaryIO, images: Iterator[Image]) -> None:
         check_printing("Drawing a film")
@@ -95,9 +117,7 @@ class Film:
         palette = Image.new("P", (1, 1))
         palette.putpalette(bytes(_palette()))
         frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-        ends = [round(100 * frame / FRAMES) for frame in range(len(self.times) + 1)]  # hundredths of a second
-        durations = [10 * (end - begin) for begin, end in pairwise(ends)]
-        options = {"duration": durations, "loop": 0, "comment": MARK.encode()}
+        options = {"duration": 2000 // FRAMES, "loop": 0, "comment": MARK.encode()}  # milliseconds
         next(frames).save(file, "GIF", save_all=True, append_images=frames, **options)
 
     def _write_mp4(self, file: BinaryIO, images: Iterator[Image]) -> None:
@@ -197,16 +217,15 @@ def film(
 
 
 def _palette() -> Iterator[int]:
-    """Yields the 242 colours of all frames: each look in 16 steps, over the paper and over a disc."""
+    """Yields the colours of all frames: of each body, of each look over the paper and of what is written in
+    ``STEPS`` steps. Few colours make long runs of equal pixels, and a small file."""
     from PIL.ImageColor import getrgb
 
-    colours = {look.colour: None for look in (*LOOKS.values(), NEXT_LOOK)} | {
-        LIGHT.ink: None,
-        LIGHT.edge: None,
-    }
-    for back in (LIGHT.back, LIGHT.disc):
-        yield from getrgb(back)
-        for colour in colours:
-            for step in range(1, 16):
-                pairs = zip(getrgb(back), getrgb(colour), strict=True)
-                yield from (round(under + (over - under) * step / 15) for under, over in pairs)
+    back, edge = getrgb(LIGHT.back), getrgb(LIGHT.edge)
+    over = {look.colour: look for look in (*LOOKS.values(), NEXT_LOOK)}
+    pairs = [(back, getrgb(colour)) for colour in (*over, LIGHT.ink, LIGHT.edge)]
+    pairs += [(edge, getrgb(colour)) for colour in (*KINDS, *SPEEDS, FIXED)]
+    yield from back
+    for one, other in pairs:
+        for step in range(1, STEPS + 1):
+            yield from (round(x + (y - x) * step / STEPS) for x, y in zip(one, other, strict=True))

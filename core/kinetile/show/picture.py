@@ -1,6 +1,7 @@
-"""Picture of a moment of a run: discs and shapes with plain coordinates, and the look of each role: layer,
-width, dashes, and colours that colour-blind people can distinguish (Okabe and Ito). The same picture gives
-the same bytes, as SVG (``svg``) and as PNG or PDF (``printed``)."""
+"""Picture of a moment of a run: bodies and shapes with plain coordinates, and their looks. A body has the
+colour of its kind, or in a scene without kinds of its speed; a role of the structure has a colour, layer,
+width and dashes. Colour-blind people can distinguish the colours (Okabe and Ito). The same picture gives the
+same bytes, as SVG (``svg``) and as PNG or PDF (``printed``)."""
 
 import html
 import math
@@ -20,6 +21,7 @@ from kinetile.plugin.drawing import ROLES, At, Box, Entry, Item, Link, Point, po
 from kinetile.run.simulation import Simulation
 from kinetile.scene import Scene
 from kinetile.scene.bodies import in_box, whole_periods
+from kinetile.scene.responses import Kind
 from kinetile.scene.scene import in_words
 from kinetile.scene.shapes import Shape
 
@@ -37,15 +39,29 @@ def escape(text: str) -> str:
     return html.escape(legible(text))
 
 
+KINDS = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
+"""The colours of kinds; the seventh kind has the first again."""
+
+SPEEDS = "#0072B2", "#6270B4", "#8D6DAF", "#B86591", "#CD5F6D", "#D35E31", "#DC7F00", "#E69F00"
+"""The colours of speeds, from rest."""
+
+ROOM = 2.2
+"""A body shows its number if it is so many times as wide as the longest number."""
+
+FIXED = "#767676"
+"""The colour of immovable bodies in a scene without kinds."""
+
+
 @dataclass(frozen=True)
 class PlacedDisc:
-    """A body: its position, velocity, radius and number; its shape, unless it is a disc."""
+    """A body: its position, velocity, radius, colour and number; its shape, if it is no disc."""
 
     number: int
     at: Position
     velocity: Position
     radius: float
     shape: Shape | None = None
+    colour: str = FIXED
 
     @property
     def outline(self) -> list[Position]:
@@ -144,7 +160,9 @@ def take_picture(
     if odd:
         raise ValueError(f"{odd[0]!r} is not a role; expected some of {', '.join(ROLES)}")
     positions = sim.positions()
-    discs = _discs(sim.bodies, positions, sim.velocities(), sim.radii(), sim.shapes())
+    velocities = sim.velocities()
+    colours = colours_of(sim.scene, sim.kinds, sim.masses(), velocities)
+    discs = _discs(sim.bodies, positions, velocities, sim.radii(), sim.shapes(), colours)
     drawn = list(sim.drawing()) if structure else []
     asked = [each for each in drawn if not isinstance(each, Entry) and (roles is None or each.role in roles)]
     paired = wants_pairs(True if pairs is None and "pair" in (roles or ()) else pairs, asked)
@@ -175,17 +193,38 @@ def picture_of_scene(scene: Scene) -> Picture:
 def _first_discs(scene: Scene) -> tuple[PlacedDisc, ...]:
     places = in_box(scene.position, scene.periods)
     forms = np.array([scene.shapes[each] if each >= 0 else None for each in scene.shape.tolist()])
-    return _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms)
+    colours = colours_of(scene, scene.kind, scene.mass, scene.velocity)
+    return _discs(np.arange(len(scene)), places, scene.velocity, scene.radius, forms, colours)
 
 
 def _discs(
-    numbers: Array, positions: Array, velocities: Array, radii: Array, shapes: Array
+    numbers: Array, positions: Array, velocities: Array, radii: Array, shapes: Array, colours: list[str]
 ) -> tuple[PlacedDisc, ...]:
     columns = (column.tolist() for column in (numbers, positions, velocities, radii, shapes))
     return tuple(
-        PlacedDisc(number, (x, y), (vx, vy), radius, shape)
-        for number, (x, y), (vx, vy), radius, shape in zip(*columns, strict=True)
+        PlacedDisc(number, (x, y), (vx, vy), radius, shape, colour)
+        for number, (x, y), (vx, vy), radius, shape, colour in zip(*columns, colours, strict=True)
     )
+
+
+def pace_of(scene: Scene, velocities: Array) -> float:
+    """Returns the speed of the last colour of ``SPEEDS``: 2.2 times the root mean square of movable bodies at
+    the start, so that pictures of one run share it; where all start at rest, of these ``velocities``."""
+    for each in (scene.velocity[np.isfinite(scene.mass)], velocities):
+        size = float(np.abs(each).max(initial=0.0))
+        if size > 0.0:
+            return 2.2 * size * math.sqrt(float(np.square(each / size).sum()) / len(each))
+    return 1.0
+
+
+def colours_of(scene: Scene, kinds: Iterable[Kind], masses: Array, velocities: Array) -> list[str]:
+    """Returns the colour of each body: of its kind; without kinds of its speed, or ``FIXED`` if immovable."""
+    if scene.kinds != (0,):
+        at = {kind: KINDS[number % len(KINDS)] for number, kind in enumerate(scene.kinds)}
+        return [at[kind] for kind in kinds]
+    shares = np.hypot(*(velocities / pace_of(scene, velocities)).T)
+    steps = np.minimum(shares * len(SPEEDS), len(SPEEDS) - 1).astype(int)
+    return [FIXED if mass == math.inf else SPEEDS[step] for step, mass in zip(steps, masses, strict=True)]
 
 
 def outline_of(shape: Shape, at: Position) -> list[Position]:
@@ -271,13 +310,14 @@ def _extent(
 
 class Look(NamedTuple):
     """Look of a role: colour of line and filling, opacity of the filling, width and dashes of the line in
-    points, and True if it lies over the discs."""
+    points, whether it lies over the bodies, and the opacity of the line."""
 
     colour: str
     filled: float
     width: float
     dashes: tuple[float, ...] = ()
     over: bool = False
+    strength: float = 1.0
 
 
 LOOKS = {
@@ -285,28 +325,27 @@ LOOKS = {
     "tile": Look("#56B4E9", 0.16, 0.5),
     "axis": Look("#808080", 0.0, 4.0),
     "bound": Look("#0072B2", 0.0, 1.1),
-    "pair": Look("#CC79A7", 0.0, 1.4, (), True),
+    "pair": Look("#CC79A7", 0.0, 1.4, (), True, 0.4),
     "certificate": Look("#D55E00", 0.0, 2.0, (), True),
 }
 """The roles, the lowest layer first."""
 
 ORDER = tuple(LOOKS)
 
-NEXT_LOOK = Look("#D55E00", 0.30, 2.2)
-"""The look of the next failure, for any role."""
+NEXT_LOOK = Look("#D55E00", 0.0, 2.2)
+"""The look of the next failure, of any role."""
 
-FRESH = Look("#E69F00", 0.40, 2.2, (6.0, 3.0))
-"""The look of shapes that the last event created: dashed, unlike the next failure."""
+FRESH = Look("#E69F00", 0.20, 2.2, (6.0, 3.0))
+"""The look of shapes new with the last event: dashed, unlike the next failure."""
 
 
 class Paper(NamedTuple):
-    """Colours of a picture: the paper, its text, a disc and its edge."""
+    """Colours of a picture: the paper, what is written on it, and the edge of a body."""
 
     back: str
     ink: str
-    disc: str
     edge: str
 
 
-LIGHT = Paper("#ffffff", "#000000", "#e6e6e6", "#404040")
-DARK = Paper("#14181d", "#f0f0f0", "#39424c", "#c0c6cc")
+LIGHT = Paper("#ffffff", "#000000", "#404040")
+DARK = Paper("#14181d", "#f0f0f0", "#c0c6cc")

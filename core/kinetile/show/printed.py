@@ -13,13 +13,13 @@ from kinetile.lazy import needed
 from kinetile.plugin.drawing import Item, Segment
 from kinetile.run.simulation import Simulation
 from kinetile.scene.checks import shown
-from kinetile.show.picture import LIGHT, LOOKS, NEXT_LOOK, ORDER, Picture, corners_of, take_picture
+from kinetile.show.picture import LIGHT, LOOKS, NEXT_LOOK, ORDER, ROOM, Picture, corners_of, take_picture
 
 INCHES = 6.9
 """The longer side of the picture: the text width of an A4 page."""
 
-_READABLE = 0.09
-"""The least radius in inches of bodies that show their number."""
+_DIGIT = 0.055
+"""The width of a digit of a body's number, in inches."""
 
 _MARGIN, _LINE, _FONT = 12, 20, 11  # in pixels of an image
 
@@ -108,8 +108,8 @@ def _draw(axes: Any, picture: Picture) -> None:
     for shape in picture.shapes:
         _add(axes, picture, shape)
     patches = import_module("matplotlib.patches")
-    look = {"fc": LIGHT.disc, "ec": LIGHT.edge, "lw": 0.8, "zorder": 8}
     for disc in picture.discs:
+        look = {"fc": disc.colour, "ec": LIGHT.edge, "lw": 0.8, "zorder": 8}
         circle = disc.shape is None
         axes.add_patch(
             patches.Circle(disc.at, disc.radius, **look) if circle else patches.Polygon(disc.outline, **look)
@@ -121,21 +121,22 @@ def _add(axes: Any, picture: Picture, shape: Item) -> None:
     is_next = picture.is_next(shape)
     look = NEXT_LOOK if is_next else LOOKS[shape.role]
     height = 10 * LOOKS[shape.role].over + ORDER.index(shape.role) + 0.5 * is_next
+    line = look.colour, look.strength
     dashes = (0, look.dashes) if look.dashes else "-"
     drawn = {"lw": look.width, "linestyle": dashes, "zorder": height}
     if isinstance(shape, Segment):
-        axes.add_line(lines.Line2D(*zip(*corners_of(shape), strict=True), color=look.colour, **drawn))
+        axes.add_line(lines.Line2D(*zip(*corners_of(shape), strict=True), color=line, **drawn))
         return
-    colours = {"ec": look.colour, "fc": (look.colour, look.filled)}
+    colours = {"ec": line, "fc": (look.colour, look.filled)}
     axes.add_patch(patches.Polygon(corners_of(shape), **colours, **drawn))
 
 
 def _numbers(axes: Any, picture: Picture, scale: float) -> None:
-    halo = [import_module("matplotlib.patheffects").withStroke(linewidth=2, foreground=LIGHT.disc)]
+    least = 0.5 * ROOM * _DIGIT * max((len(str(disc.number)) for disc in picture.discs), default=1)
     look = {"fontsize": 7, "ha": "center", "va": "center", "zorder": 20, "clip_on": True}
     for disc in picture.discs:
-        if disc.room * scale >= _READABLE:
-            axes.text(*disc.at, str(disc.number), path_effects=halo, **look)
+        if disc.room * scale >= least:
+            axes.text(*disc.at, str(disc.number), **look)
 
 
 def _arrows(axes: Any, picture: Picture) -> None:

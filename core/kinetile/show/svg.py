@@ -2,6 +2,7 @@
 colours like the reader's system. A shape shows its label and its failure time under the mouse."""
 
 from collections.abc import Iterable, Iterator
+from itertools import groupby
 
 from kinetile.kernel.plan import Plan, position_after
 from kinetile.plugin.drawing import Box, Item, Polygon, Segment
@@ -10,6 +11,7 @@ from kinetile.show.picture import (
     LIGHT,
     LOOKS,
     NEXT_LOOK,
+    ROOM,
     Paper,
     Picture,
     corners_of,
@@ -33,19 +35,20 @@ _ARROWHEAD = (
     'markerUnits="userSpaceOnUse"><path class="arena" d="M1 1L8 4L1 7"/></marker>'
 )
 
-_READABLE = 8.0
-"""The least radius in units of bodies that show their number."""
+_DIGIT = 6.7
+"""As wide as a digit of a body's number is."""
 
 
-def as_svg(picture: Picture, velocities: bool = False) -> bytes:
-    """Returns a picture as an SVG file, with an arrow for each velocity if they are wanted."""
+def as_svg(picture: Picture, velocities: bool = False, bare: bool = False) -> bytes:
+    """Returns a picture as an SVG file, with an arrow for each velocity if they are wanted; if ``bare``,
+    without numbers, caption and legend."""
     sheet = _Sheet(picture)
     roles = picture.roles
     under = [role for role in roles if not LOOKS[role].over]
     over = [role for role in roles if LOOKS[role].over]
     body = [
-        f'<clipPath id="frame"><rect x="{number(INSET - 2)}" y="{number(INSET - 2)}" '
-        f"{_size(sheet.wide + 4, sheet.tall + 4)}/></clipPath>",
+        f'<clipPath id="frame"><rect x="{number(INSET)}" y="{number(INSET)}" '
+        f"{_size(sheet.wide, sheet.tall)}/></clipPath>",
         '<g clip-path="url(#frame)">',
         *_layers(sheet, under),
         *_discs(sheet),
@@ -53,13 +56,13 @@ def as_svg(picture: Picture, velocities: bool = False) -> bytes:
         *((_ARROWHEAD, *_arrows(sheet)) if velocities else ()),  # arrows may reach over the border
         '<g clip-path="url(#frame)">',
         *_layers(sheet, over),
-        *_numbers(sheet),
+        *(() if bare else _numbers(sheet)),
         "</g>",
     ]
     if picture.arena:
         x, y = sheet.at(picture.low[0], picture.high[1])
         body.append(f'<rect class="arena" x="{x}" y="{y}" {_size(sheet.wide, sheet.tall)}/>')
-    legend, lines = _legend(sheet, [name for name, _ in picture.looks], velocities)
+    legend, lines = _legend(sheet, [name for name, _ in picture.looks], velocities) if not bare else ([], -1)
     return document((sheet.wide, sheet.tall), picture.caption, _style(roles), body, legend, lines)
 
 
@@ -71,9 +74,10 @@ def document(
     legend: Iterable[str],
     lines: int,
 ) -> bytes:
-    """Returns an SVG file: its style sheet, the paper and its content, within a width and a height; below
-    them the caption, and a legend of some lines."""
-    wide, tall = max(size[0], _LETTER * len(caption)) + 2 * INSET, size[1] + 2 * INSET
+    """Returns an SVG file: its style sheet, and the paper with a body within a width and a height; below that
+    its caption and a legend of some lines, or neither if ``lines`` is -1."""
+    wide, tall = max(size[0], _LETTER * len(caption) * (lines >= 0)) + 2 * INSET, size[1] + 2 * INSET
+    text = f'<text x="{number(INSET)}" y="{number(tall + 0.6 * LINE_HEIGHT)}">{escape(caption)}</text>'
     paper = _size(wide, tall + LINE_HEIGHT * (1 + lines))
     words = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} '
@@ -82,7 +86,7 @@ def document(
         f"<style>{style}</style>",
         f'<rect class="back" {paper}/>',
         *body,
-        f'<text x="{number(INSET)}" y="{number(tall + 0.6 * LINE_HEIGHT)}">{escape(caption)}</text>',
+        *([text] if lines >= 0 else []),
         *legend,
         "</svg>",
         "",
@@ -146,21 +150,25 @@ def _shape(sheet: _Sheet, shape: Item) -> str:
 
 
 def _discs(sheet: _Sheet) -> Iterator[str]:
-    yield '<g class="disc">'
-    for disc in sheet.picture.discs:
-        if disc.shape is not None:
-            yield f'<polygon points="{" ".join(",".join(sheet.at(*point)) for point in disc.outline)}"/>'
-        else:
-            x, y = sheet.at(*disc.at)
-            yield f'<circle cx="{x}" cy="{y}" r="{number(disc.radius * sheet.scale)}"/>'
-    yield "</g>"
+    discs = sorted(sheet.picture.discs, key=lambda disc: disc.colour)
+    for colour, alike in groupby(discs, key=lambda disc: disc.colour):
+        yield f'<g class="disc" fill="{colour}">'
+        for disc in alike:
+            if disc.shape is not None:
+                yield f'<polygon points="{" ".join(",".join(sheet.at(*point)) for point in disc.outline)}"/>'
+            else:
+                x, y = sheet.at(*disc.at)
+                yield f'<circle cx="{x}" cy="{y}" r="{number(disc.radius * sheet.scale)}"/>'
+        yield "</g>"
 
 
 def _numbers(sheet: _Sheet) -> Iterator[str]:
+    longest = max((len(str(disc.number)) for disc in sheet.picture.discs), default=1)
+    least = 0.5 * ROOM * _DIGIT * longest
     yield '<g class="number">'
     for disc in sheet.picture.discs:
         x, y = sheet.at(*disc.at)
-        if disc.room * sheet.scale >= _READABLE:
+        if disc.room * sheet.scale >= least:
             yield f'<text x="{x}" y="{y}">{disc.number}</text>'
     yield "</g>"
 
@@ -202,13 +210,13 @@ def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str
 def _style(roles: Iterable[str]) -> str:
     rules = [
         "text{font:12px system-ui,sans-serif}",
-        ".number text{font-size:10px;text-anchor:middle;dominant-baseline:central}",
-        ".number text{paint-order:stroke;stroke-width:3}",
+        ".number text{fill:#000;text-anchor:middle;dominant-baseline:central}",
         ".disc{stroke-width:1}.arena{fill:none;stroke-width:1.5}.velocity{fill:none;stroke-width:1.2}",
         ".velocity path{marker-end:url(#head)}",
     ]
     for name, look in [*((role, LOOKS[role]) for role in roles), ("next", NEXT_LOOK)]:
         dashes = f";stroke-dasharray:{' '.join(map(number, look.dashes))}" if look.dashes else ""
+        dashes += f";stroke-opacity:{number(look.strength)}" if look.strength < 1.0 else ""
         rules.append(
             f".{name}{{fill:{look.colour};fill-opacity:{number(look.filled)};stroke:{look.colour};"
             f"stroke-width:{number(look.width)}{dashes}}}"
@@ -224,4 +232,4 @@ def paper_rules() -> Iterator[str]:
 
 def _paper(paper: Paper) -> Iterator[str]:
     yield f".back{{fill:{paper.back}}}text{{fill:{paper.ink}}}.arena,.velocity{{stroke:{paper.ink}}}"
-    yield f".disc{{fill:{paper.disc};stroke:{paper.edge}}}.number text{{stroke:{paper.disc}}}"
+    yield f".disc{{stroke:{paper.edge}}}"

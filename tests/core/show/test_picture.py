@@ -10,7 +10,7 @@ import pytest
 
 import kinetile as kt
 from kinetile.plugin.drawing import ROLES, Box, points_of
-from kinetile.show.picture import LOOKS, picture_of_scene, take_picture
+from kinetile.show.picture import DARK, FIXED, KINDS, LIGHT, LOOKS, SPEEDS, picture_of_scene, take_picture
 from kinetile.show.printed import as_printed
 from kinetile.show.svg import INSET, LENGTH, as_svg
 from lanes import BUILT_IN, first
@@ -39,11 +39,40 @@ def test_the_same_moment_gives_the_same_bytes(phase):
 def test_discs_are_circles_where_the_bodies_are():
     sim = simulation()
     circles = read(as_svg(take_picture(sim))).findall(f".//{SVG}circle")
-    for circle, (x, y), radius in zip(circles, sim.positions().tolist(), sim.scene.radius, strict=True):
-        found = [float(circle.get(name)) for name in ("cx", "cy", "r")]
-        assert found == pytest.approx(
-            [INSET + LENGTH * x, INSET + LENGTH * (1 - y), LENGTH * radius], abs=0.006
-        )
+    found = sorted([float(circle.get(name)) for name in ("cx", "cy", "r")] for circle in circles)
+    bodies = zip(sim.positions().tolist(), sim.scene.radius.tolist(), strict=True)
+    wanted = sorted(
+        [INSET + LENGTH * x, INSET + LENGTH * (1 - y), LENGTH * radius] for (x, y), radius in bodies
+    )
+    assert np.array(found) == pytest.approx(np.array(wanted), abs=0.006)
+
+
+def contrast(one, other):
+    """Return the ratio of two luminances, as WCAG 2 defines it."""
+
+    def luminance(colour):
+        shares = np.array(list(bytes.fromhex(colour[1:]))) / 255.0
+        linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722]) + 0.05
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return high / low
+
+
+@pytest.mark.parametrize("paper", [LIGHT, DARK])
+def test_bodies_stand_out_from_the_paper_and_their_numbers_from_them(paper):
+    for colour in (*KINDS, *SPEEDS, FIXED):
+        assert max(contrast(colour, paper.back), contrast(paper.edge, paper.back)) >= 3.0
+        assert contrast(colour, "#000000") >= 3.0
+
+
+def test_bodies_have_the_colour_of_their_kind_or_speed():
+    places, speeds = [(0.2, 0.5), (0.5, 0.5), (0.8, 0.5)], [(0.0, 0.0), (0.0, 0.0), (1.0, 0.0)]
+    plain = kt.Scene(places, speeds, 0.1, arena=(1.0, 1.0), mass=[math.inf, 1.0, 1.0])
+    assert [disc.colour for disc in picture_of_scene(plain).discs] == [FIXED, SPEEDS[0], SPEEDS[5]]
+    kinds = kt.Scene(places, speeds, 0.1, arena=(1.0, 1.0), kind=["plate", "ball", "ball"])
+    sim = kt.Simulation(kinds, "naive")
+    assert [disc.colour for disc in take_picture(sim).discs] == [KINDS[0], KINDS[1], KINDS[1]]
 
 
 def test_every_shape_is_drawn_once_in_the_group_of_its_role():

@@ -24,7 +24,18 @@ from kinetile.kernel.clock import TICKS
 from kinetile.scene import Scene
 from kinetile.scene.scene import kind_of_each
 from kinetile.scene.shapes import Shape
-from kinetile.show.picture import FRESH, LOOKS, NEXT_LOOK, escape, outline_of
+from kinetile.show.picture import (
+    FIXED,
+    FRESH,
+    KINDS,
+    LOOKS,
+    NEXT_LOOK,
+    ROOM,
+    SPEEDS,
+    escape,
+    outline_of,
+    pace_of,
+)
 from kinetile.show.player.recording import PlayedPlans, Recording, kinds_of, residuals
 
 _RUN = (
@@ -90,6 +101,9 @@ class Page:
             "shapes": list(map(_drawn, scene.shapes)),
             "shape": [shapes.get(body, -1) for body in bodies] if scene.shapes else [],
             "runs": runs,
+            "colours": {"kinds": KINDS, "speeds": SPEEDS, "fixed": FIXED},
+            "pace": pace_of(scene, _velocities(first.rows)),
+            "room": ROOM,
             "looks": {role: look._asdict() for role, look in LOOKS.items()},
             "next": NEXT_LOOK._asdict(),
             "fresh": FRESH._asdict(),
@@ -161,6 +175,12 @@ def _rows(recording: Recording, plans: PlayedPlans, scene: Scene) -> dict[str, A
     for name in ("epoch", "tick"):
         columns[name] = np.diff(rows[name].astype(np.float64), prepend=0.0)  # whole numbers: exact
     return columns | {"a": rows["a"], "b": rows["b"]} | residuals(plans, rows, scene)
+
+
+def _velocities(rows: Array) -> Array:
+    """Returns the velocities after the events of a recording, (m, 2)."""
+    found = np.concatenate([np.stack([rows[f"{b}vx"], rows[f"{b}vy"]], axis=1) for b in "ab"])
+    return np.asarray(found[np.isfinite(found).all(axis=1)])
 
 
 def _box(scene: Scene, plans: PlayedPlans) -> Sequence[float]:

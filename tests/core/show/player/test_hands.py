@@ -221,7 +221,7 @@ def test_a_time_stays_as_it_was_typed(browser, saved):
     exact = browser.value("document.getElementById('exact').textContent")
     assert exact == f"{moment[1] / 2**52}: 0 units and {moment[1]} ticks of 2^-52"
     short = browser.value("document.getElementById('time').textContent")
-    assert (float(short), len(short) < 13) == (pytest.approx(moment[1] / 2**52, rel=1e-7), True)
+    assert (float(short), len(short) < 7) == (pytest.approx(moment[1] / 2**52, rel=1e-3), True)
 
 
 def test_several_of_a_role_have_their_plural(browser, tmp_path):

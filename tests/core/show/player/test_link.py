@@ -99,7 +99,7 @@ def test_a_moment_is_saved_as_svg(name, browser, tmp_path):
     assert len(root.findall(f"{SVG}svg")) == 2
     words = [text.text for text in root.iter(f"{SVG}text")]
     assert "sap-2d" in words
-    assert words.count("3") == 4  # the number of the body and its halo, in each pane
+    assert words.count("3") == 2  # the number of the body in each pane
     circles = sum(path.get("d", "").count("a") for path in root.iter(f"{SVG}path"))
     assert circles >= 2 * 2 * len(scene)
     drawing = target.read_text(encoding="utf-8")

@@ -8,11 +8,7 @@ import { SHAPES } from "../run/structure.mjs";
 
 const MANY = 300; // shapes that look alike: more have lines a pixel wide, which are far quicker
 
-/** The number of kinds with a colour of their own; the next kinds begin with the first colour again. */
-export const KIND_COLOURS = 6;
-
-export const CROWDED = 3000; // shapes of a structure: more are drawn only around a body, if one is selected
-const READABLE = 9; // pixels: the least radius of a disc that shows its number
+export const CROWDED = 3000; // shapes of a structure: more are drawn only around a body, where one is selected
 
 const GROUP_OF = KINDS.map((kind) => Object.keys(GROUPS).find((group) => group !== "all" && GROUPS[group].includes(kind)));
 
@@ -21,18 +17,18 @@ export function groupOf(kind) {
   return GROUP_OF[kind];
 }
 
-/** The colour of a body: by its kind if there are several; else one for movable bodies, one for fixed ones. */
-function colourOf({ kind, mass }, body, theme) {
-  if (kind) return theme.kinds[(kind[body] ?? 0) % theme.kinds.length];
-  return mass[body] === Infinity ? theme.fixed : theme.body;
+/** The colour of a body: of its kind; without kinds of its speed, or that of immovable ones. */
+function colourOf({ kind, mass }, body, speed, { colours: { kinds, speeds, fixed }, pace }) {
+  if (kind) return kinds[(kind[body] ?? 0) % kinds.length];
+  return mass[body] === Infinity ? fixed : speeds[Math.min(Math.floor((speed / pace) * speeds.length), speeds.length - 1)];
 }
 
-/** Draws all bodies of a run: bodies {radius, mass, outline}, places and presence; `marked` ones over the others. */
-export function drawBodies(view, bodies, places, there, theme, marked) {
+/** All bodies of a run: bodies {radius, mass, outline}, places with speeds, the present ones; `marked` are drawn over the others. */
+export function drawBodies(view, bodies, places, there, theme, held, marked) {
   const { pen, camera } = view;
   const add = (body) => addBody(view, places.x[body], places.y[body], bodies.radius[body] || 0, bodies.outline[body]); // NaN: unknown
-  const colour = (body) => colourOf(bodies, body, theme);
-  const layers = new Map([theme.fixed, theme.body, ...theme.kinds].map((filling) => [filling, []]));
+  const colour = (body) => colourOf(bodies, body, places.speed(body), held);
+  const layers = new Map([held.colours.fixed, ...held.colours.speeds, ...held.colours.kinds].map((filling) => [filling, []]));
   for (let body = 0; body < there.length; body += 1) {
     if (!there[body] || marked.has(body)) continue;
     if (bodies.radius[body] * camera.scale >= HUGE) drawBody(view, () => add(body), colour(body), theme.line, 1);
@@ -81,20 +77,17 @@ function drawBody({ pen }, add, filling, line, width, tint) {
 }
 
 /** Draws the numbers of the bodies that have room for them, over all else. */
-export function drawNumbers({ pen, camera, width, height }, bodies, places, there, theme) {
-  pen.font = "11px system-ui, sans-serif";
-  pen.lineJoin = "round";
+export function drawNumbers({ pen, camera, width, height }, bodies, places, there, room, pointed) {
+  pen.font = "12px system-ui, sans-serif";
   pen.textAlign = "center";
   pen.textBaseline = "middle";
-  pen.lineWidth = 3;
-  pen.strokeStyle = theme.body;
-  pen.fillStyle = theme.text;
+  pen.fillStyle = "#000";
+  const least = room * pen.measureText(String(there.length - 1)).width;
   for (let body = 0; body < there.length; body += 1) {
     const radius = (bodies.room[body] ?? bodies.radius[body]) * camera.scale;
-    if (!there[body] || !(radius > READABLE && radius < HUGE)) continue;
+    if (!there[body] || !(radius < HUGE && (2 * radius >= least || body === pointed))) continue;
     const [right, up] = camera.see(places.x[body], places.y[body]);
     if (Math.abs(right) > width / 2 + 20 || Math.abs(up) > height / 2 + 20) continue;
-    pen.strokeText(String(body), width / 2 + right, height / 2 - up);
     pen.fillText(String(body), width / 2 + right, height / 2 - up);
   }
 }
@@ -104,21 +97,26 @@ export function drawNumbers({ pen, camera, width, height }, bodies, places, ther
  * next and those that the last event created have looks of their own; a rescheduled shape has a wider line. For a crowded
  * structure only the shapes of the body `around` are drawn, unless that is null.
  */
-export function drawStructure(view, structure, done, places, { looks, next, fresh, hidden, around }, over) {
+export function drawStructure(view, structure, done, places, { looks, next, fresh, hidden, around, selected }, over) {
   const { pen } = view;
   for (const { role, state, shapes: all } of structure.layers(done)) {
     const shapes = around === null ? all : all.filter((shape) => structure.hangsOn(shape, around));
     if (!shapes.length) continue;
     const own = looks[role];
     if (hidden.has(role)) continue;
-    if ((own.over || state === "next" || state === "fresh") !== over) continue;
+    if (own.over !== over) continue;
     const look = { next, fresh }[state] ?? own;
     addShapes(view, structure, shapes, places, look);
     pen.setLineDash(look.dashes);
     pen.strokeStyle = look.colour;
     pen.lineWidth = look.width + (state === "again" ? 1 : 0);
     if (shapes.length > MANY) pen.lineWidth = Math.min(look.width, 1 / devicePixelRatio);
+    pen.globalAlpha = look.strength;
     pen.stroke();
+    pen.globalAlpha = 1;
+    const chosen = selected === null || look.strength === 1 ? [] : shapes.filter((shape) => structure.hangsOn(shape, selected));
+    if (chosen.length) addShapes(view, structure, chosen, places, look);
+    if (chosen.length) pen.stroke();
     pen.setLineDash([]);
   }
 }
@@ -217,15 +215,14 @@ export function drawNote({ pen }, text, theme) {
   pen.fillText(text, 8, 6);
 }
 
-/** Draws the arena's walls; periodic axes clip all later drawings there, until the pen is restored. */
-export function drawWalls(view, [width, height], colour, isPeriodic) {
+/** Draws the arena's walls; they clip all later drawings, until the pen is restored. */
+export function drawWalls(view, [width, height], colour) {
   const { pen } = view;
   pen.beginPath();
   addArea(view, [[0, 0], [width, 0], [width, height], [0, height]]);
   pen.strokeStyle = colour;
   pen.lineWidth = 2;
   pen.stroke();
-  if (!isPeriodic) return;
   pen.save();
   pen.clip();
 }

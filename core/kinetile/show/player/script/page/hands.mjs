@@ -138,11 +138,19 @@ function listen(player, canvas) {
     if (fingers.size === 1 && event.button === 0) player.trial.grab(canvas, offset(canvas, pointOf(event)));
     if (event.pointerType !== "touch") canvas.classList.add("active");
   });
-  canvas.addEventListener("pointerleave", () => canvas.classList.remove("active"));
+  canvas.addEventListener("pointerleave", () => {
+    canvas.classList.remove("active");
+    player.pointed = null;
+  });
   canvas.addEventListener("pointermove", (event) => {
     const was = fingers.get(event.pointerId);
     if (!was) {
-      if (!player.playing) canvas.title = player.lens.nameAt(canvas, offset(canvas, pointOf(event)));
+      if (player.playing) return;
+      const at = offset(canvas, pointOf(event));
+      canvas.title = player.lens.nameAt(canvas, at);
+      const pointed = player.bodyAt(canvas, at);
+      if (pointed !== player.pointed) player.changed();
+      player.pointed = pointed;
       return;
     }
     const now = pointOf(event);
@@ -268,6 +276,8 @@ export async function begin() {
   legend(player);
   $("loading").hidden = true; // not removed: a saved copy of the present page needs it
   player.changed();
+  const opensAt = held.open || held.select !== null || location.hash;
+  if (!opensAt && !matchMedia("(prefers-reduced-motion: reduce)").matches) player.toggle();
   requestAnimationFrame(() => requestAnimationFrame(() => {
     document.documentElement.dataset.ready = String(Math.round(performance.now())); // milliseconds to the first picture
   }));

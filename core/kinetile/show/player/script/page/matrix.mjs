@@ -3,7 +3,7 @@
 import { prepare } from "./paper.mjs";
 
 const FRAME = 22; // pixels, for the numbers of rows and columns
-const LETTER = 11; // pixels of a square with a letter in it
+const LETTER = 12; // pixels of a square with a letter in it
 
 /** Draws the entries of a matrix {a, b, role, label, fresh} for the present bodies; `marked` are its marked rows. */
 export function drawMatrix(canvas, entries, there, { looks, fresh }, theme, marked) {
@@ -13,7 +13,7 @@ export function drawMatrix(canvas, entries, there, { looks, fresh }, theme, mark
   const size = Math.min(width - FRAME, height - FRAME) / Math.max(bodies.length, 1);
   const place = (body) => FRAME + rank.get(body) * size;
   pen.clearRect(0, 0, width, height);
-  pen.font = `${Math.min(11, Math.max(size, 6))}px system-ui, sans-serif`;
+  pen.font = "12px system-ui, sans-serif";
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   const step = Math.ceil(1.4 * LETTER / size); // so that numbers do not run into each other

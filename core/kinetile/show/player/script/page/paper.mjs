@@ -31,7 +31,7 @@ export class Backdrop {
   show(canvas, theme, key, draw) {
     const view = prepare(canvas, devicePixelRatio);
     const { pen, width, height } = view;
-    const whole = [key, canvas.width, canvas.height, theme.body].join(" ");
+    const whole = [key, canvas.width, canvas.height, theme.paper].join(" ");
     pen.clearRect(0, 0, width, height);
     if (!canvas.width || !canvas.height) return view;
     if (this.key === whole) {

@@ -1,7 +1,7 @@
 // The state of the page: playing, selection, view; and the drawing of it.
 
 import { Camera, gapOf, nearest } from "./camera.mjs";
-import { CROWDED, KIND_COLOURS, drawBodies, drawFlight, drawNote, drawNumbers, drawOutline, drawPicked, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { CROWDED, drawBodies, drawFlight, drawNote, drawNumbers, drawOutline, drawPicked, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { Lens, areaAround } from "./lens.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
@@ -31,9 +31,8 @@ export function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   const groups = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, colour(group)]));
-  const kinds = Array.from({ length: KIND_COLOURS }, (_, kind) => colour(`kind-${kind}`));
-  const names = ["body", "fixed", "line", "text", "selected", "now", "wall", "paper"];
-  return { groups, kinds, ...Object.fromEntries(names.map((name) => [name, colour(name)])) };
+  const names = ["line", "text", "selected", "now", "wall", "paper"];
+  return { groups, ...Object.fromEntries(names.map((name) => [name, colour(name)])) };
 }
 
 /** The box of points [x, y]: left, bottom, right, top. */
@@ -342,20 +341,21 @@ export class Player {
     const view = { ...prepare(canvas, devicePixelRatio), camera };
     const structure = this.structured ? this.structureOf(run) : null;
     const around = this.around(structure, run.done);
-    const looks = { ...held, hidden: this.hidden, around };
+    const looks = { ...held, hidden: this.hidden, around, selected: this.selected };
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
-    if (held.arena) drawWalls(view, held.arena, theme.wall, places.periods);
+    const speed = (body) => Math.hypot(...run.motion.velocity(body, this.playback.moment));
+    if (held.arena) drawWalls(view, held.arena, theme.wall);
     if (structure) drawStructure(view, structure, run.done, places, looks, false);
-    this.drawImages(places, (seen) => drawBodies(view, bodies, seen, there, theme, this.marks(run)));
+    this.drawImages(places, (seen) => drawBodies(view, bodies, { ...seen, speed }, there, theme, held, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, looks, true);
     const picked = structure && this.lens.shapeOf(at, structure, run.done);
     if (picked !== null) drawPicked(view, structure, picked, places, theme);
     const body = this.selected;
     if (body !== null && there[body]) this.drawPlan(view, run, body);
     this.trial.draw(view, places, theme);
-    drawNumbers(view, bodies, places, there, theme);
-    if (places.periods) view.pen.restore();
+    drawNumbers(view, bodies, places, there, held.room, this.pointed);
+    if (held.arena) view.pen.restore();
     if (structure && run.done > structure.seen) drawNote(view, `the structure is recorded up to event ${structure.seen} only`, theme);
     else if (this.trial.recorded) drawNote(view, this.trial.note, theme);
     else if (around !== null) drawNote(view, `the structure around body ${around}; Escape: all of it`, theme);

@@ -1,6 +1,5 @@
 // Words and numbers beside the picture.
 
-import { KIND_COLOURS } from "./drawing.mjs";
 import { fractionOf, timeOf } from "../run/clock.mjs";
 import { GROUPS, isOf, momentOfEvent, seek } from "../run/events.mjs";
 import { SHAPES, plural } from "../run/structure.mjs";
@@ -56,7 +55,7 @@ export function fill(table, head, rows) {
 export function tell(player) {
   const { playback, held } = player;
   const [epoch, tick] = playback.moment;
-  $("time").textContent = String(Number(player.time().toPrecision(8)));
+  $("time").textContent = String(Number(player.time().toPrecision(4)));
   $("exact").textContent = `${player.time()}: ${epoch} units and ${tick} ticks of 2^-52`;
   $("structure").hidden = !player.hasStructure;
   $("structural").hidden = !player.lanes.includes("structural");
@@ -84,7 +83,7 @@ function readings(player, run, at) {
   const [next] = structure?.failing(run.done) ?? [];
   if (next !== undefined) {
     const fails = timeOf([structure.epoch[next], structure.tick[next]], player.held.start, player.held.unit);
-    found["fails next"] = `${structure.roles[structure.role[next]]} at ${fails.toPrecision(8)}`;
+    found["fails next"] = `${structure.roles[structure.role[next]]} at ${Number(fails.toPrecision(4))}`;
   }
   const pair = player.pair();
   if (pair && !pair.some((body) => bodies.outline[body])) found[`gap of ${pair.join(" and ")}`] = player.gap(run, ...pair).toExponential(3);
@@ -98,7 +97,9 @@ function readings(player, run, at) {
   return found;
 }
 
-/** The selected body in words: its plan and its pairs; and its events, or all events, as buttons that lead to them. */
+const MOST_SEEN = 100; // events before and after the present one in the list
+
+/** The selected body in words: its plan and its pairs; and its events, or all, as buttons that go there. */
 export class BodyTable {
   constructor(player) {
     this.player = player;
@@ -130,22 +131,37 @@ export class BodyTable {
     ] : [["", "it is not there now"]]);
   }
 
-  /** The last events and the next ones, of a body unless that is null. The buttons stay, so the focus stays. */
+  /** The last events and the next ones, of a body unless that is null; alike ones that follow each other are one line. */
   #events(run, body) {
-    const events = [];
+    const lines = [];
     const group = body === null ? this.player.group : "all";
+    const isNew = (event, [first]) => this.player.sentences[0].of(event) !== this.player.sentences[0].of(first);
     let event = seek(run.events, run.done, -1, group, body);
-    for (; event >= 0 && events.length < 3; event = seek(run.events, event, -1, group, body)) events.unshift(event);
+    for (let seen = 0; event >= 0 && seen < MOST_SEEN; event = seek(run.events, event, -1, group, body), seen += 1) {
+      if (!lines.length || isNew(event, lines[0])) {
+        if (lines.length === 3) break;
+        lines.unshift([]);
+      }
+      lines[0].unshift(event);
+    }
     event = seek(run.events, run.done, 1, group, body);
-    for (; event >= 0 && events.length < 8; event = seek(run.events, event + 1, 1, group, body)) events.push(event);
-    while (this.buttons.length < events.length) this.#add();
+    for (let seen = 0; event >= 0 && seen < MOST_SEEN; event = seek(run.events, event + 1, 1, group, body), seen += 1) {
+      if (!seen || isNew(event, lines.at(-1))) {
+        if (lines.length === 8) break;
+        lines.push([]);
+      }
+      lines.at(-1).push(event);
+    }
+    while (this.buttons.length < lines.length) this.#add();
     this.buttons.forEach(({ item, button }, at) => {
-      item.hidden = at >= events.length;
+      item.hidden = at >= lines.length;
       if (item.hidden) return;
-      const time = timeOf(momentOfEvent(run.events, events[at]), this.player.held.start, this.player.held.unit);
-      button.event = events[at];
-      button.textContent = `${time.toPrecision(8)}: ${this.player.sentences[0].of(events[at])}`;
-      if (events[at] === this.player.playback.current(run)) button.setAttribute("aria-current", "true");
+      const [first, ...others] = lines[at];
+      const time = (of) => Number(timeOf(momentOfEvent(run.events, of), this.player.held.start, this.player.held.unit).toPrecision(4));
+      button.event = first;
+      const many = others.length ? `, ${others.length + 1} times until ${time(others.at(-1))}` : "";
+      button.textContent = `${time(first)}: ${this.player.sentences[0].of(first)}${many}`;
+      if (lines[at].includes(this.player.playback.current(run))) button.setAttribute("aria-current", "true");
       else button.removeAttribute("aria-current");
     });
   }
@@ -198,9 +214,10 @@ export function legend(player) {
     return isLine ? { height: "0", border: "0", borderTop: line, verticalAlign: "0.25rem" } : { border: line, background: look.colour + alpha };
   };
   const events = player.lanes.map((group) => item({ background: `var(--${group})`, width: "0.3rem", marginLeft: "0.35rem", marginRight: "0.85rem" }, `${group}: ${EVENTS[group]}`));
-  const { kinds: names, responses } = player.held;
+  const { kinds: names, responses, colours, pace } = player.held;
+  if (!names.length) events.push(item({ background: `linear-gradient(90deg, ${colours.speeds.join()})`, width: "4rem" }, `speed 0 to ${Number(pace.toPrecision(2))} and more`));
   names.forEach((name, kind) => {
-    events.push(item({ background: `var(--kind-${kind % KIND_COLOURS})`, border: "1px solid var(--line)" }, `kind ${name}`));
+    events.push(item({ background: colours.kinds[kind % colours.kinds.length], border: "1px solid var(--line)" }, `kind ${name}`));
     responses[kind]?.forEach((response, other) => {
       const whom = names[other] ?? "walls";
       if ((other >= kind) && response !== "elastic") events.push(item({}, `${name} and ${whom}: ${response}`));
