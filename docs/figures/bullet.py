@@ -181,14 +181,14 @@ def picture() -> str:
     """Return the whole file."""
     scene = kt.load_scene(SCENE)
     panes = [stepped(scene), exact(scene)]
-    width, height = n(2 * WIDTH + GAP + 8), n(HEAD + HEIGHT + 40)
+    width, height = n(2 * WIDTH + GAP + 12), n(HEAD + HEIGHT + 40)
     style = (
         "text{font:27px system-ui,sans-serif}.still{display:none}"
         "@media(prefers-reduced-motion:reduce){.still{display:inline}.plays{display:none}}"
         f".room,.clock{{fill:none;stroke-width:1.5}}.hand{{stroke:none}}"
         f".wrong{{fill:{NEXT_LOOK.colour};stroke:{NEXT_LOOK.colour};stroke-width:3}}"
         f".way{{stroke-dasharray:8 5}}"
-        f".right{{fill:none;stroke:{BLUE};stroke-width:3}}.was{{fill-opacity:.3}}"
+        f".right{{fill:none;stroke:{BLUE};stroke-width:3}}.was{{fill-opacity:.5}}"
     )
     papers = [
         f".back{{fill:{paper.back}}}.room,.clock{{stroke:{paper.edge}}}.disc{{fill:{BLUE};"

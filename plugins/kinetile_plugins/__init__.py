@@ -29,7 +29,7 @@ def kinetile_broad_phases() -> list[BroadPhaseSpec]:
         ),
         BroadPhaseSpec(
             "sap-2d",
-            "kinetile_plugins.sweep_and_prune:SweepAndPruneMatrix",
+            "kinetile_plugins.sweep_and_prune:SweepAndPruneBoxes",
             "sweep and prune on both axes: a pair is a candidate where both intervals overlap",
             features=frozenset({"boxes"}),
             aliases=("sweep-and-prune-matrix",),

@@ -249,10 +249,10 @@ def boxes_overlap(
     delay, ends = within(
         zero - (spread(mine.left) + wide + right) - dx, (spread(mine.right) + wide + left) - dx, vx
     )
-    begins, leaves = within(
+    begins, parts = within(
         zero - (spread(mine.down) + wide + up) - dy, (spread(mine.up) + wide + down) - dy, vy
     )
-    return choose(delay < begins, begins, delay), choose(ends < leaves, ends, leaves)
+    return choose(delay < begins, begins, delay), choose(ends < parts, ends, parts)
 
 
 @hook

@@ -548,7 +548,7 @@ class SweepAndPrune:
         return _parts("sap-1d", scene, self.ways, self.best)
 
 
-class SweepAndPruneMatrix:
+class SweepAndPruneBoxes:
     """Sweep-and-prune on both axes: bounding boxes."""
 
     def prepare(self, scene: Scene) -> BroadPhaseParts:

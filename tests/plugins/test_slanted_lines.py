@@ -7,7 +7,7 @@ import kinetile as kt
 from agreement import agree, lattice_scene
 from kinetile.errors import Refused
 from kinetile.plugin.choices import read_phase
-from kinetile_plugins.sweep_and_prune import SweepAndPrune, SweepAndPruneMany, SweepAndPruneMatrix
+from kinetile_plugins.sweep_and_prune import SweepAndPrune, SweepAndPruneBoxes, SweepAndPruneMany
 from lanes import first
 
 LINES = ("sap-1d:axis=3:4", "sap-1d:axis=-1:1", "sap-1d:axis=auto", "sap-k", "sap-k:directions=x+2:-1")
@@ -47,7 +47,7 @@ def test_one_and_two_lines_along_the_axes_are_the_loops_of_sap_1d_and_sap_2d():
     for one, other in (
         (SweepAndPruneMany(directions=1), SweepAndPrune()),
         (SweepAndPruneMany(directions="y"), SweepAndPrune(axis="y")),
-        (SweepAndPruneMany(directions="y+x"), SweepAndPruneMatrix()),
+        (SweepAndPruneMany(directions="y+x"), SweepAndPruneBoxes()),
     ):
         parts = [each.prepare(scene) for each in (one, other)]
         hooks = [(each.build, each.repair, each.replan) for each in parts]

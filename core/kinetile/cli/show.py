@@ -154,6 +154,7 @@ def view(
     check_new("--out", out, overwrite)
     if not scene:
         scene, parameters = "grid", ["bodies=60", *(parameters or ())]
+        pairs = bool(pairs)  # lines between so many would hide them
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
     if form == ".html":

@@ -12,13 +12,11 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Feature(NamedTuple):
-    """The loop's work with a feature, the part of a scene or phase that sets it, and words from the line
-    about it in ``Simulation.explain()``: "" without a line, as for a feature that changes no answer."""
+    """The loop's work with a feature, and the part of a scene or phase that sets it."""
 
     name: str
     does: str
     set_by: str
-    explained: str
 
     def __bool__(self) -> NoReturn:
         raise TypeError(f"{self.name} has a value in a composed loop only")
@@ -27,34 +25,30 @@ class Feature(NamedTuple):
 FEATURES: dict[str, Feature] = {}
 
 
-def _declare(name: str, does: str, set_by: str, explained: str = "") -> bool:
+def _declare(name: str, does: str, set_by: str) -> bool:
     if name in FEATURES:
         raise TypeError(f"{name} is declared twice")
-    FEATURES[name] = Feature(name, does, set_by, explained)
+    FEATURES[name] = Feature(name, does, set_by)
     return cast(bool, FEATURES[name])
 
 
-PAIRS = _declare(
-    "PAIRS", "predicts contacts of pairs", "a narrow phase for pairs", "contacts of two bodies ("
-)
+PAIRS = _declare("PAIRS", "predicts contacts of pairs", "a narrow phase for pairs")
 BOUNDS = _declare(
     "BOUNDS", "computes ticks of contacts at the head of the queue only", "`soonest` of that phase"
 )
-WALLED = _declare("WALLED", "predicts contacts with walls", "a narrow phase for walls", "walls around")
-PERIODIC = _declare("PERIODIC", "counts images, and anchors old plans", "`periodic`", "images: ")
-ACCELERATIONS = _declare("ACCELERATIONS", "lays chords", "`gravity` or `acceleration`", "on chords")
-UNEQUAL = _declare(
-    "UNEQUAL", "lets two that have met meet again", "accelerations that differ", "accelerations up to"
-)
+WALLED = _declare("WALLED", "predicts contacts with walls", "a narrow phase for walls")
+PERIODIC = _declare("PERIODIC", "counts images, and anchors old plans", "`periodic`")
+ACCELERATIONS = _declare("ACCELERATIONS", "lays chords", "`gravity` or `acceleration`")
+UNEQUAL = _declare("UNEQUAL", "lets two that have met meet again", "accelerations that differ")
 RESTING = _declare("RESTING", "holds bodies on supports", "a response with the option `settle`")
-RULES = _declare("RULES", "looks up the rule of a contact", "`responses`", "responses by kind")
+RULES = _declare("RULES", "looks up the rule of a contact", "`responses`")
 RESPONSES = _declare(
     "RESPONSES", "calls hooks of responses: it is their number", "responses that have a hook"
 )
 FOREIGN = _declare("FOREIGN", "ends at the fault of a response", "a response of another plugin")
-PASSINGS = _declare("PASSINGS", "begins and ends passings", "the response `pass`", "pass, ")
+PASSINGS = _declare("PASSINGS", "begins and ends passings", "the response `pass`")
 SHAPES = _declare("SHAPES", "computes gaps between shapes", "`shapes`, with commands or the response `pass`")
-COMMANDS = _declare("COMMANDS", "runs commands", "`commands`, or the first one by hand", "commands: ")
+COMMANDS = _declare("COMMANDS", "runs commands", "`commands`, or the first one by hand")
 LIVING = _declare("LIVING", "inserts and removes bodies", "such commands, and `enter` of the broad phase")
 AHEAD = _declare(
     "AHEAD", "prefetches what the next events read", "8,192 bodies, and `soon` of the broad phase"

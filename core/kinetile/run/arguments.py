@@ -47,7 +47,7 @@ from kinetile.scene.values import VALUES
 from kinetile.toolbox.differences import DISC, Outline, circle_around
 
 _NO_NUMBERS = bool, np.bool_, float, np.floating
-"""Numbers of bodies, as for an index of NumPy."""
+"""Types that are refused as numbers of bodies, as NumPy refuses them as an index."""
 
 _FLOATS = {float, np.float64}
 

@@ -1,14 +1,14 @@
 """The exact ticks of contact of two discs, and of parting, for two that pass through each other.
 
-Ticks n >= 0 are counted from the later anchor, q is the length of a tick, and Q(n) is |d|^2 - R^2 at tick n,
+Ticks n >= 0 are counted from the later anchor, tau is the length of one, and Q(n) is |d|^2 - R^2 at tick n,
 with d the separation (from an image, if one is given) and R the sum of the radii. Contact
 (docs/specification.md, rule 5) is at the first n with Q(n + 1) < min(0, Q(n)): the first tick in which two
 discs come deeper into each other. They part at the first n that satisfies this for -Q. If a tick ``since`` is
 given, only ticks from it on count.
 
-Let F1(n) be Q(n + 1) - Q(n), and s = ``since``, usually 0. For two discs that have just met, only ticks from
-the first rise on count, the first n with F1(n) > 0. But if they *press* on each other, F1(s) <= 0 and
-F1(s + 1) < F1(s), all ticks from s on count, as if they had not met. With equal accelerations no two discs
+Let F1(n) be Q(n + 1) - Q(n), and o = ``since``, usually 0. For two discs that have just met, only ticks from
+the first rise on count, the first n with F1(n) > 0. But if they *press* on each other, F1(o) <= 0 and
+F1(o + 1) < F1(o), all ticks from o on count, as if they had not met. With equal accelerations no two discs
 press, and none meet again: Q has degree 2, and is convex.
 
 There are four stages. Each decides, or leaves the decision to the next:
@@ -58,14 +58,14 @@ The exact separation at t is X = D + U t; the code has x, the rounded dx + px, a
 
 *q.* By (2), (x + x_rest)^2 is off by 2 (|x| + 5 u M) 22 u^2 M <= 44 u^2 M (|x| + 8 u M), that is 44 u^2 times
 the axis's part in ``spread``, Z: this is why ``spread`` has **2^-50 = 8 u** in it. The rest is the sum of
-gap, both_low, gap_low, the three products' errors (``squares``), and ``mixed``; let r = rr, s = xx + yy <= Z:
+gap, both_low, gap_low, the three products' errors (``squares``), and ``mixed``; let r = rr, z = xx + yy <= Z:
 
 | rounded | its summands are at most | error, in u^2 |
 |---|---|---|
-| squares, 2 sums | u s, u r | 2 Z + r |
+| squares, 2 sums | u z, u r | 2 Z + r |
 | mixed, 4 operations on each x_rest (2 x + x_rest), 3 on reach's | 10 u Z, 2 u r | 40 Z + 6 r |
-| both_low + gap_low | u s, u (s + r) | 2 Z + r |
-| + squares | 3 u s + 2 u r | 3 Z + 2 r |
+| both_low + gap_low | u z, u (z + r) | 2 Z + r |
+| + squares | 3 u z + 2 u r | 3 Z + 2 r |
 | + mixed | 13 u Z + 4 u r | 13 Z + 4 r |
 
 Together with 44 Z: 104 u^2 Z + 14 u^2 r. The last sum is q, and loses u |q|. So |error of q| <= 128 u^2 (Z +
@@ -102,8 +102,8 @@ bend has shown that B < 0 at the anchor. If the floor is negative, the root is b
 anchor between the roots: q < 0 there, so they touch at once, at 0. From 2^62 on there is no contact.
 
 *The tick.* The distance of the roots is more than 1.59 slope / speed^2, so more than a tick if slope >
-speed^2 q, and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 < Q(n),
-or, if the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
+speed^2 tau, and the vertex is later than 7/8 of that. So after a floor n of the first root Q(n + 1) < 0 <
+Q(n), or, if the root is before 0, Q(1) < min(0, Q(0)): rule 5 holds there for the first time.
 
 *From a bound* (``touch_about``) the step begins at a whole tick at or after the anchor, so t is exact: B
 rises with time, by K a unit, so a slope that is surely down at t shows that B < 0 at the anchor.
@@ -142,14 +142,14 @@ one four times. The derivatives at lo, times powers of h, consist of the same te
 *Rises*, for two that have met: Q is larger at the end of an interval than at its beginning, by more than the
 errors. So Q rises in the interval; and if Q is above 0 in it, or is convex, no contact follows in it then.
 
-*Pressing*, for two that have met: with q the length of a tick, F1(s) / q is Q' + Q'' q / 2, both at s, except
-for Q''' q^2 / 6 and later terms, and (F1(s + 1) - F1(s)) / q^2 is Q'' except for Q''' q and later terms. With
-D1, D2 and D3 the sums of the bounds of the terms of Q', Q'' and Q''' at s + 2, the computed Q' and Q'' are
-off by **2^-48** of D1 and D2, as coefficients are; and by TINY, for underflow. So F1(s) / q is off by 2^-48
-(D1 + D2 q) + D3 q^2, the second difference by 2^-48 D2 + 2 D3 q. F1(s) > 0 is the first rise. A ``since``
-that is no double is rounded down, by less than 1,024 ticks: the interval that begins there is longer, ends
-after ``since``, and a property of Q shown in the whole of it holds from ``since`` on; a rise might lie before
-``since``, so two that have met are left to whole numbers.
+*Pressing*, for two that have met: with tau the length of a tick, F1(o) / tau is Q' + Q'' tau / 2, both at o,
+except for Q''' tau^2 / 6 and later terms, and (F1(o + 1) - F1(o)) / tau^2 is Q'' except for Q''' tau and
+later terms. With D1, D2 and D3 the sums of the bounds of the terms of Q', Q'' and Q''' at o + 2, the computed
+Q' and Q'' are off by **2^-48** of D1 and D2, as coefficients are; and by TINY, for underflow. So F1(o) / tau
+is off by 2^-48 (D1 + D2 tau) + D3 tau^2, the second difference by 2^-48 D2 + 2 D3 tau. F1(o) > 0 is the first
+rise. A ``since`` that is no double is rounded down, by less than 1,024 ticks: the interval that begins there
+is longer, ends after ``since``, and a property of Q shown in the whole of it holds from ``since`` on; a rise
+might lie before ``since``, so two that have met are left to whole numbers.
 """
 
 import math

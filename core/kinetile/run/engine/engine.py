@@ -511,7 +511,7 @@ class Engine(Tables):
     def _take_loop(self, commands: CommandSupport) -> None:
         loop = self.composition.loop(commands)
         self.is_ready = self.is_ready and loop is self.loop
-        self.commands, self.loop, self._enter = commands, loop, None
+        self.commands, self.loop = commands, loop
 
     def _make_slot(self) -> bool:
         """Prepares the phases again for an insertion or removal; returns True if that has still to run."""

@@ -51,10 +51,10 @@ class Tables:
 
     fields: Fields
     count: Fields
-    state: Any
     _k: Kernel
     _taken: _Taken | None
-    loop: Any
+    _state: Any = None
+    _loop: Any = None
     _packed: Any = None
     _enter: Any = None
     as_python: bool = False  # the loop runs as Python
@@ -75,6 +75,24 @@ class Tables:
         if not hasattr(self, "_k") or tables.clock is not self._k.clock:
             self.fields, self.count, self._taken = fields_of(tables.clock), fields_of(tables.counts), None
         self._k = tables
+
+    @property
+    def state(self) -> Any:
+        """The broad phase's state."""
+        return self._state
+
+    @state.setter
+    def state(self, state: Any) -> None:
+        self._state, self._packed, self._enter, self._search = state, None, None, None
+
+    @property
+    def loop(self) -> Any:
+        """The composed loop."""
+        return self._loop
+
+    @loop.setter
+    def loop(self, loop: Any) -> None:
+        self._loop, self._enter = loop, None
 
     @property
     def packed(self) -> Any:

@@ -120,10 +120,14 @@ class Page:
     def html(self) -> str:
         """Returns the page."""
         one = "body" if self.scene.shapes else "disc"
-        summary = f"Drag to move the view, tap a {one} to select it, ? for the keys."
+        name, _, rest = self.title.partition(": ")
+        summary = f"{rest}. Drag to move the view, tap a {one} to select it, ? for the keys.".removeprefix(
+            ". "
+        )
         held = json.dumps(self.held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         parts = {
             "TITLE": escape(self.title),
+            "NAME": escape(name),
             "SUMMARY": escape(summary),
             "NOTES": "\n".join(f'<p class="note">{escape(note)}</p>' for note in self.all_notes),
             "PANES": "\n".join(_pane(recording.label) for recording in self.recordings),
