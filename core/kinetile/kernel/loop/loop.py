@@ -29,10 +29,11 @@ too. A guess that became exact was before its guard, so c was computed exactly. 
 at one tick, c has the one with the smaller numbers: {c, e} is before {c, d}.
 
 A guess that becomes exact at tick t *runs at once*, without being filed, if t is before everything else in
-its slice of the calendar and before the slice's end, before the ``certificate`` of both bodies, before the
-next command and the end of the run, before the partner's key (or, if that key is this same contact, before
-the partner's ``guard``), and if neither body can be at a wall by then. By the same reasoning all other
-contacts, failures and walls are strictly later than t. ``Simulation(..., audit=N)`` checks this, slowly."""
+its slice of the calendar and before the slice's end, before the ``certificate`` of both bodies and the end of
+their chords and passings, before the next command, the next beat and the end of the run, before the partner's
+key (or, if that key is this same contact, before the partner's ``guard``), if neither body can be at a wall
+by then, and if there is room in the log (``comes_next``). By the same reasoning all other contacts, failures
+and walls are strictly later than t. ``Simulation(..., audit=N)`` checks this, slowly."""
 
 from typing import Any
 
