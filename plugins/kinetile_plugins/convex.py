@@ -488,8 +488,8 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
             pull = sense * (nx * plan.ay - ny * plan.ax)
             strip = f[row + FLUSH]
             clock = k.clock[0]
-            first = reaches_edge(begin, -strip, 0.0, rate, pull, clock.tick, clock.per_time)
-            last = reaches_edge(strip, end, 0.0, -rate, -pull, clock.tick, clock.per_time)
+            first = reaches_edge(begin, -strip, 0.0, rate, pull, clock.per_tick, clock.per_time)
+            last = reaches_edge(strip, end, 0.0, -rate, -pull, clock.per_tick, clock.per_time)
             delay = smaller(first, last)
             return int(plan.anchor + delay) if delay != NEVER else NEVER
     return int(plan.anchor - 1)
@@ -669,7 +669,7 @@ def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) 
     one = k.places[body]
     zero = spread(0.0)
     more = spread(1.0 + 2.0**-40)
-    room = spread(2.0**14 * k.clock[0].tick)
+    room = spread(2.0**14 * k.clock[0].per_tick)
     fat = limits.fat
     own_speed = abs(one.vx) + abs(one.vy)
     soon = math.inf

@@ -318,7 +318,7 @@ def soonest_accelerated(k: Kernel, body: int, count: int, barred: int, at: int) 
     own = spread(k.radii[body] + limits.fat)
     never = spread(math.inf)
     more = spread(1.0 + 2.0**-40)
-    room = spread(2.0**14 * k.clock[0].tick)
+    room = spread(2.0**14 * k.clock[0].per_tick)
     myself = spread_whole(body)
     soon = math.inf
     rest = math.inf

@@ -100,7 +100,7 @@ def alone(
     least = choose(turned(least, 2) < least, turned(least, 2), least)
     least = choose(turned(least, 1) < least, turned(least, 1), least)
     found = lane(least, 0)
-    after = (found + ROOM * k.clock[0].tick) * WIDER
+    after = (found + ROOM * k.clock[0].per_tick) * WIDER
     limit = spread(after)
     close = bits(first <= limit)
     later = found if (close & (close - 1)) != 0 or some(second <= limit) else after

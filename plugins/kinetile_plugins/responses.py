@@ -35,7 +35,7 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
     since = now - k.traits[a].touched
     if b >= 0:
         since = smaller(since, now - k.traits[b].touched)
-    return float(since * k.clock[0].tick)
+    return float(since * k.clock[0].per_tick)
 
 
 @unchecked

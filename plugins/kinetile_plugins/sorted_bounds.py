@@ -124,7 +124,7 @@ def _order(k: Kernel, lists: Lists, row: int) -> Iterator[str]:
     since = np.maximum(bodies.anchor[p], bodies.anchor[q])
     edges = []
     for body, bound in ((p, left), (q, right)):
-        elapsed = (since - bodies.anchor[body]) * clock.tick
+        elapsed = (since - bodies.anchor[body]) * clock.per_tick
         places = positions_after(Plan.of(bodies[body]), elapsed)
         edges.append(_along(shares, *places.T) + away[bound])
     wanted = falls_many(k, since, edges[1] - edges[0] + behind, speed[q] - speed[p])
@@ -134,7 +134,7 @@ def _order(k: Kernel, lists: Lists, row: int) -> Iterator[str]:
         yield f"{_names(left[gap], right[gap], name)} {times}"
     if not period and due[order[-1]] != NEVER:
         yield f"the last bound on {name} has no neighbour, but is watched {_tick(due[order[-1]])}"
-    then = _along(shares, *positions_now(k).T) + speed * clock.tick  # events of this tick have happened
+    then = _along(shares, *positions_now(k).T) + speed * clock.per_tick  # events of this tick have happened
     by = (then[p] + away[left]) - (then[q] + away[right]) - behind
     for gap in np.flatnonzero((by > 2.0 * clock.limits.theta) & (noted > clock.now)):
         yield f"{_names(left[gap], right[gap], name)} are in the wrong order, by {by[gap]}"

@@ -47,7 +47,7 @@ def after(k: Kernel, body: Records, side: float, far: float, near: float, slope:
     """Returns the tick at which the gap between two coordinates, less a reach, closes, with a rate ``slope``
     and an acceleration ``pull``; or ``NEVER``."""
     clock = k.clock[0]
-    delay = reaches_edge(far, near, side, slope, pull, clock.tick, clock.per_time)
+    delay = reaches_edge(far, near, side, slope, pull, clock.per_tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 

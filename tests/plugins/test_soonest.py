@@ -208,5 +208,5 @@ def test_ordinary_bounds_are_close_to_the_contact(density):
             tick = exactly(k, body, who)
             assert tick != NEVER
             assert first * float(k.clock[0].per_time) <= tick - now + 1.0
-            assert (tick - now) * float(k.clock[0].tick) - first <= CLOSE
+            assert (tick - now) * float(k.clock[0].per_tick) - first <= CLOSE
     assert bounded > 15

@@ -73,7 +73,7 @@ def meet_all(k: Kernel, tick: Any, answers: Any) -> None:
     """Asks ``meet`` for the bodies 2i and 2i + 1, and then the other way round."""
     k = disowned(k)
     for i in range(len(tick)):
-        k.clock[0].tick = tick[i]
+        k.clock[0].per_tick = tick[i]
         k.clock[0].per_time = 1.0 / tick[i]
         answers[2 * i] = meet(k, 2 * i, 2 * i + 1)
         answers[2 * i + 1] = meet(k, 2 * i + 1, 2 * i)
@@ -83,7 +83,7 @@ def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
     """Asks ``reach_wall`` for every body, in an arena of its own."""
     k = disowned(k)
     for i in range(len(tick)):
-        k.clock[0].tick = tick[i]
+        k.clock[0].per_tick = tick[i]
         k.clock[0].per_time = 1.0 / tick[i]
         k.clock[0].limits.width = sides[i, 0]
         k.clock[0].limits.height = sides[i, 1]
@@ -93,7 +93,7 @@ def reach_all(k: Kernel, tick: Any, sides: Any, answers: Any) -> None:
 def anchor_all(k: Kernel, tick: Any, at: Any) -> None:
     k = disowned(k)
     for i in range(len(tick)):
-        k.clock[0].tick = tick[i]
+        k.clock[0].per_tick = tick[i]
         anchor_at(k, k.bodies[i], at[i])
 
 

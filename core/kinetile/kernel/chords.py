@@ -56,7 +56,7 @@ def lay(k: Kernel, number: int) -> None:
             y += near_zero(off_y - y, clock.torus.y)
         end = tick + body.span
         there_x, there_y = position_at(k, body, end)
-        time = float(body.span) * clock.tick
+        time = float(body.span) * clock.per_tick
         shadow.x = x
         shadow.y = y
         shadow.vx = (there_x - x) / time
@@ -90,7 +90,7 @@ def lay_all(k: Kernel, skin: float, margin: float) -> None:
     accelerated = np.flatnonzero(pull)
     bodies["end"][accelerated] = int(clock.now) + bodies["span"][accelerated]
     plans, elapsed = plans_now(k, accelerated)
-    here, time = positions_after(plans, elapsed), bodies["span"][accelerated] * float(clock.tick)
+    here, time = positions_after(plans, elapsed), bodies["span"][accelerated] * float(clock.per_tick)
     way = positions_after(plans, elapsed + time) - here
     for name, column in zip(Plan._fields, [*here.T, *(way.T / time)], strict=True):
         shadows[name][accelerated] = column

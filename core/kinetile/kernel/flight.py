@@ -26,7 +26,7 @@ velocity_after = with_accelerations(hook(plan.accelerated_velocity_after))(hook(
 @hook
 def since_anchor(k: Kernel, body: Records, tick: int) -> float:
     """Returns the time from a body's anchor to a tick, in the scene's unit."""
-    return float((tick - body.anchor) * k.clock[0].tick)
+    return float((tick - body.anchor) * k.clock[0].per_tick)
 
 
 @hook
@@ -78,7 +78,7 @@ def twice_energy(body: Records) -> float:
 def since_origin(k: Kernel, tick: int) -> float:
     """Returns the time from the common clock's origin to a tick, in the scene's unit."""
     clock = k.clock[0]
-    return float((tick - clock.origin) * clock.tick)
+    return float((tick - clock.origin) * clock.per_tick)
 
 
 @hook

@@ -257,7 +257,7 @@ def first_image(k: Kernel, a: int, b: int) -> int:
     column = float(math.floor((far - way * dx) * torus.per_x))
     while True:
         enters = 0.0
-        leaves = limit = float(best + 2) * clock.tick
+        leaves = limit = float(best + 2) * clock.per_tick
         if not are_accelerated(one) or torus.x > 0.0:  # else perhaps accelerated, and this is the only column
             enters, leaves = time_within(way * dx + column * torus.x, abs(ux), far, limit)
             if not enters <= limit:

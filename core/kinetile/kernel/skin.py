@@ -42,11 +42,11 @@ class Skin(NamedTuple):
         return 64.0 * (ULP * length + self.eta)
 
     @classmethod
-    def of(cls, bodies: int, extent: float, speed: float, tick: float, margin: float = 0.0) -> "Skin":
+    def of(cls, bodies: int, extent: float, speed: float, per_tick: float, margin: float = 0.0) -> "Skin":
         """Returns the skin of n bodies within ``extent`` of the origin, never faster than ``speed``, whose
         shadows are wrong by ``margin`` at most (``kernel.chords``)."""
         rounding = 16.0 * ULP * extent
-        flight = 2.0 * speed * tick
+        flight = 2.0 * speed * per_tick
         return cls(
             eta=rounding + flight,
             delta=4.0 * (bodies + 4) * rounding + 2.0 * flight + margin,

@@ -304,7 +304,7 @@ NEXT_EVENT = record(("tick", "i8", TICK, DERIVED), ("kind a b", "i8", VALUE, DER
 FAULT_RECORD = record(("code", "i8", COUNT, CARRIED), ("a b", "i8", PARTNER, CARRIED))
 CLOCK = record(
     ("now", "i8", TICK, CARRIED),
-    ("tick", "f8", VALUE, DERIVED),  # length of a tick in the scene's time
+    ("per_tick", "f8", VALUE, DERIVED),  # the time of a tick, in the scene's unit
     ("per_time", "f8", VALUE, DERIVED),  # ticks in one unit of the scene's time
     ("epoch", "i8", VALUE, KEPT),  # whole units from the start to tick 0 (records have an attribute "base")
     ("origin", "i8", TICK, DERIVED),  # the tick of the rows of places

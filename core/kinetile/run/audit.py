@@ -120,7 +120,7 @@ def of_entries(k: Kernel) -> Iterator[str]:
 def of_places(k: Kernel) -> Iterator[str]:
     """The rows of positions at the common clock agree with the plans."""
     clock = k.clock[0]
-    back = (clock.origin - k.bodies.anchor) * clock.tick
+    back = (clock.origin - k.bodies.anchor) * clock.per_tick
     plans = Plan.of(k.bodies)
     for after, vector in (positions_after, ("x", "y")), (velocities_after, ("vx", "vy")):
         wrong = after(plans, back) != np.stack([k.places[name] for name in vector], axis=-1)

@@ -107,7 +107,7 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
         contacts_computed=int(counts.exact),
         deepest_overlap=max(float(counts.deepest), 0.0),
         unaccounted_energy=abs(energy(k) - expected) / scale if scale > 0.0 else 0.0,
-        lateness=float(counts.late) * float(k.clock[0].tick),
+        lateness=float(counts.late) * float(k.clock[0].per_tick),
         cpu_seconds=engine.cpu_seconds,
         python_seconds=engine.python_seconds,
         compile_seconds=engine.compile_seconds,

@@ -179,7 +179,7 @@ def kernel_ticks(queries: Queries) -> Ticks:
     k.bodies.anchor = queries.anchor.ravel()
     k.bodies.last = -1
     clock = k.clock[0]
-    clock.tick, clock.per_time = 1.0 / UNIT_TICKS, float(UNIT_TICKS)
+    clock.per_tick, clock.per_time = 1.0 / UNIT_TICKS, float(UNIT_TICKS)
     scene = kt.Scene([(0.0, 0.0), (3.0, 0.0)], [(0.0, 0.0), (0.0, 0.0)], 1.0, mass=[1.0, 2.0])
     disc = kt.registry().target("narrow phase", "disc")().prepare(scene)
     answers = np.zeros(len(queries), np.int64)

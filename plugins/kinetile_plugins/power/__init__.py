@@ -41,7 +41,7 @@ which is more, is at most 2^-10 of the square of the radius."""
 def arrange(k: Kernel, s: State) -> None:
     """Computes the weights and the order of insertion, and lays out the square of the far points."""
     n = len(k.bodies)
-    s.scale[UNIT] = float(k.clock[0].tick) * 2.0**52
+    s.scale[UNIT] = float(k.clock[0].per_tick) * 2.0**52
     s.weight[:n] = (s.scale[PER_LENGTH] * k.bodies.reach) ** 2
     s.order[:n] = np.random.default_rng(0).permutation(n)
     start(s)

@@ -97,7 +97,7 @@ def spot(k: Kernel, s: State, site: int) -> Spot:
         return Spot(s.far_x[site], s.far_y[site], 0.0, 0.0, 0.0)
     place = k.places[site]
     elapsed = since_origin(k, k.clock[0].now)
-    flown = s.scale[PER_LENGTH] * k.clock[0].tick
+    flown = s.scale[PER_LENGTH] * k.clock[0].per_tick
     x, y = position_after(place, elapsed)
     x *= s.scale[PER_LENGTH]
     y *= s.scale[PER_LENGTH]

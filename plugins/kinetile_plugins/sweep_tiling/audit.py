@@ -218,9 +218,8 @@ def _failures(k: Kernel, s: State, tiles: AllTiles) -> tuple[Integers, Flags]:
     fails = (q >> 4 != tiles.slots) & (q >> 4 != p >> 4)
     a, b = p >> 4, np.where(fails, q >> 4, p >> 4)
     since = np.maximum(bodies.anchor[a], bodies.anchor[b])
-    a_place, b_place = (
-        positions_after(Plan.of(bodies[each]), (since - bodies.anchor[each]) * clock.tick) for each in (a, b)
-    )
+    flown = (clock.per_tick * (since - bodies.anchor[each]) for each in (a, b))
+    a_place, b_place = map(positions_after, (Plan.of(bodies[a]), Plan.of(bodies[b])), flown)
     reach = reaches_of(k)
     a_reach, b_reach = (np.where(port & 8, reach[of, 1], -reach[of, 0]) for port, of in ((p, a), (q, b)))
     width = (b_place[:, 0] + b_reach) - (a_place[:, 0] + a_reach) + away
@@ -240,7 +239,7 @@ def _geometry(k: Kernel, s: State, tiles: AllTiles) -> Iterator[str]:
     """Yields each tile of negative width, and each that is not a gap between bodies on a vertical line."""
     clock = k.clock[0]
     pending = s.due[4 * (tiles.left >> 4) + (tiles.left & 3)] <= clock.now
-    flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.tick
+    flown = np.column_stack([k.bodies.vx, k.bodies.vy]) * clock.per_tick
     place = positions_now(k) + flown  # events of this tick have happened: they are right at its end
     reach = reaches_of(k)
     west = np.append(place[:, 0] - reach[:, 0], np.inf)  # with the edges, the bounds of body n

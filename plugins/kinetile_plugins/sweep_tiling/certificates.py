@@ -162,7 +162,7 @@ def failures(k: Kernel, s: State, left: Sides, right: Sides, wanted: Truths) -> 
     """Returns the ticks at which tiles fail, and True if by vertical order; NEVER for unwanted tiles."""
     zero = spread(0.0)
     border = spread_whole(len(s.level))
-    unit = spread(k.clock[0].tick)
+    unit = spread(k.clock[0].per_tick)
     since = choose(left.anchor < right.anchor, right.anchor, left.anchor)
     left_x, left_y = position_after(left, to_floats(since - left.anchor) * unit)
     right_x, right_y = position_after(right, to_floats(since - right.anchor) * unit)

@@ -42,7 +42,7 @@ def test_a_shadow_stays_within_the_margin_and_never_jumps(seed):
         plans, elapsed = plans_now(k._replace(bodies=k.shadows))
         here = positions_after(plans, elapsed)
         if before is not None:
-            jump = positions_after(before, (k.clock[0].now - anchors) * float(k.clock[0].tick)) - here
+            jump = positions_after(before, (k.clock[0].now - anchors) * float(k.clock[0].per_tick)) - here
             assert np.abs(nearest_image(jump, scene.periods)).max() < 1e-12
         off = positions_after(*plans_now(k)) - here
         assert np.hypot(*off.T).max() <= float(k.clock[0].limits.margin) * (1.0 + 1e-9)

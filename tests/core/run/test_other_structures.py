@@ -43,7 +43,7 @@ def test_an_example_prints_its_events(example, capsys):
 def squares(sim):
     """Returns the squared distance of each pair of points at the end of this tick, exactly."""
     clock, s = sim.tables.clock[0], sim.state
-    tick = Fraction(float(clock.tick))
+    tick = Fraction(float(clock.per_tick))
     places = [
         [Fraction(float(x)) + Fraction(float(v)) * int(clock.now + 1 - b.anchor) * tick for x, v in axes]
         for b in sim.tables.bodies

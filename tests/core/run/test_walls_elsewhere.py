@@ -18,7 +18,7 @@ def after(k: Kernel, body: Records, place: float, speed: float) -> int:
     delay = NEVER
     if speed != 0.0:
         near = place if speed > 0.0 else NEAR
-        delay = reaches_edge(far, near, body.radius, -abs(speed), 0.0, clock.tick, clock.per_time)
+        delay = reaches_edge(far, near, body.radius, -abs(speed), 0.0, clock.per_tick, clock.per_time)
     return int(body.anchor + delay) if delay != NEVER else NEVER
 
 

@@ -333,10 +333,10 @@ def filtered_parting(
 
 @hook
 def gap_after(
-    x: Motion, y: Motion, reach: float, reach_low: float, count: int, tick: float
+    x: Motion, y: Motion, reach: float, reach_low: float, count: int, per_tick: float
 ) -> tuple[float, float]:
     """Returns Q after a number of ticks, and a bound of its error."""
-    t, rest = time_of(count, tick)
+    t, rest = time_of(count, per_tick)
     ex, ex_low, x_size = place_at(x, t, rest)
     ey, ey_low, y_size = place_at(y, t, rest)
     xx, xx_low = times(ex, ex_low, ex, ex_low)
@@ -356,12 +356,12 @@ UNSURE = 2
 def sign_at(x: Motion, y: Motion, plans: Plans, radius: float, radius2: float, count: int) -> int:
     """Returns the sign of Q after a number of ticks, or ``UNSURE``."""
     reach, reach_low = plus(radius, radius2)
-    q, error = gap_after(x, y, reach, reach_low, count, plans.tick)
+    q, error = gap_after(x, y, reach, reach_low, count, plans.per_tick)
     if abs(q) > error:
         return 1 if q > 0.0 else -1
     grain = smaller(grain_of(radius), grain_of(radius2))
     for axis in (plans.x, plans.y):
-        grain = smaller(grain, grain_at(axis, plans.elapsed, count, plans.tick))
+        grain = smaller(grain, grain_at(axis, plans.elapsed, count, plans.per_tick))
     return 0 if abs(q) + error < grain * grain else UNSURE
 
 
@@ -418,10 +418,10 @@ def bend_at(q: Quartic, t: float) -> float:
 
 @hook
 def gap_of(
-    x: Motion, y: Motion, reach: float, reach_low: float, sense: float, tick: float
+    x: Motion, y: Motion, reach: float, reach_low: float, sense: float, per_tick: float
 ) -> tuple[Quartic, Quartic]:
     """Returns Q times ``sense``, 1 or -1, and the sizes."""
-    q, q_error = gap_after(x, y, reach, reach_low, 0, tick)
+    q, q_error = gap_after(x, y, reach, reach_low, 0, per_tick)
     c1 = 2.0 * sense * (x.d * x.u + y.d * y.u)
     c2 = sense * ((x.u * x.u + y.u * y.u) + (x.d * x.b + y.d * y.b))
     c4 = 0.25 * sense * (x.b * x.b + y.b * y.b)
@@ -436,15 +436,15 @@ def gap_of(
 
 
 @hook
-def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool]:
+def has_risen(q: Quartic, m: Quartic, t: float, per_tick: float) -> tuple[bool, bool]:
     """Returns True if two that have just met rise in the tick from a time on, or press on each other; and
     True if that is sure. (F1 of the head, and F2, the change of F1 in a tick, each by ticks.)"""
-    end = t + 2.0 * tick
+    end = t + 2.0 * per_tick
     f2 = 2.0 * bend_at(q, t)
-    f1 = slope_at(q, t) + 0.5 * tick * f2
+    f1 = slope_at(q, t) + 0.5 * per_tick * f2
     m2 = 2.0 * bend_at(m, end)
-    m3 = tick * (24.0 * m.c4 * end + 6.0 * m.c3)
-    f1_error = COEFFICIENT_ROUNDING * (slope_at(m, end) + tick * m2) + tick * m3 + TINY
+    m3 = per_tick * (24.0 * m.c4 * end + 6.0 * m.c3)
+    f1_error = COEFFICIENT_ROUNDING * (slope_at(m, end) + per_tick * m2) + per_tick * m3 + TINY
     f2_error = COEFFICIENT_ROUNDING * m2 + 2.0 * m3 + TINY
     risen = f1 > f1_error or f2 < -f2_error
     return risen, risen or f2 > f2_error
@@ -452,23 +452,23 @@ def has_risen(q: Quartic, m: Quartic, t: float, tick: float) -> tuple[bool, bool
 
 @hook
 def first_span(
-    q: Quartic, m: Quartic, low: float, since: int, about: int, tick: float, per_time: float
+    q: Quartic, m: Quartic, low: float, since: int, about: int, per_tick: float, per_time: float
 ) -> float:
     """Returns about the number of ticks after ``low`` until they touch, or fewer: the first interval."""
     if about > since:
         return float(about - since)
     if since > 0:
-        t = low * tick
+        t = low * per_tick
         rate = abs(slope_at(q, t))
         bend = bend_at(m, t)
         gap = abs(value_at(q, t))
         span = 2.0**-12 * low
         if bend > 0.0:
             t = 1.5 * gap / (rate + math.sqrt(gap * bend) + TINY) + 0.3 * rate / bend
-            span = larger(span, smaller(t, FAR * tick) * per_time)
+            span = larger(span, smaller(t, FAR * per_tick) * per_time)
         return float(span)
     rate = abs(q.c1) + math.sqrt(m.c0 * m.c2)
-    return float(smaller(1.5 * m.c0 / rate, FAR * tick) * per_time) if rate > 0.0 else FAR
+    return float(smaller(1.5 * m.c0 / rate, FAR * per_tick) * per_time) if rate > 0.0 else FAR
 
 
 class Interval(NamedTuple):
@@ -544,7 +544,7 @@ def tick_in_fall(
         if after - before <= 1:
             return before
         count = smaller(larger(count, before + 1), after - 1)
-        q, q_error = gap_after(x, y, reach, reach_low, count, plans.tick)
+        q, q_error = gap_after(x, y, reach, reach_low, count, plans.per_tick)
         q *= float(sense)
         if q > q_error:
             before = count
@@ -568,7 +568,7 @@ def closely(plans: Plans, radius: float, radius2: float, sense: int, met: int, a
         return NEVER
     x, y = motions(plans)
     reach, reach_low = plus(radius, radius2)
-    tick = plans.tick
+    per_tick = plans.per_tick
     low = float(since)
     sizes = reach + (x.size + y.size)
     speeds = (x.speed + y.speed) + (abs(x.b) + abs(y.b))
@@ -576,18 +576,18 @@ def closely(plans: Plans, radius: float, radius2: float, sense: int, met: int, a
     if int(low) != since:  # rounded: begin before it
         low = float((since >> 10) << 10)
         steps = 0 if met else steps
-    q, m = gap_of(x, y, reach, reach_low, float(sense), tick)
+    q, m = gap_of(x, y, reach, reach_low, float(sense), per_tick)
     even = (x.b == 0.0) & (y.b == 0.0)
     risen = True
     if met:
-        risen, sure = has_risen(q, m, low * tick, tick)
+        risen, sure = has_risen(q, m, low * per_tick, per_tick)
         if not (steps > 0 and sure):
             risen = rises_or_presses(plans, radius, radius2, since)
-    span = first_span(q, m, low, since, about, tick, plans.per_time)
+    span = first_span(q, m, low, since, about, per_tick, plans.per_time)
     for _ in range(steps):
         span = math.floor(smaller(larger(span, 1.0 + 2.0**-40 * low), FAR))
         high = smaller(low + span, FAR)
-        a = piece_of(q, m, low * tick, high * tick)
+        a = piece_of(q, m, low * per_tick, high * per_tick)
         e = a.error
         if (sense > 0) & (a.p.c1 > e) & (a.p.c2 > e) & (even | (a.p.c3 > e)):
             return NEVER  # all derivatives are positive
@@ -710,7 +710,7 @@ def touch_about(plans: Plans, radius: float, radius2: float, guess: int) -> int:
     reach, reach_low = plus(radius, radius2)
     if guess >= 0 and have_room(x, y, reach):
         ticks = float(guess)
-        found, _ = one_step(ticks * plans.tick, ticks, x, y, reach, reach_low, 1.0, 0.0, plans.per_time)
+        found, _ = one_step(ticks * plans.per_tick, ticks, x, y, reach, reach_low, 1.0, 0.0, plans.per_time)
         if found != OPEN:
             return found
     return int(straight_touch(plans, radius, radius2, 0))
@@ -728,7 +728,7 @@ def accelerated_touch_about(
             return NEVER
         if guess >= 0:
             ticks = float(guess)
-            t = ticks * plans.tick
+            t = ticks * plans.per_tick
             along_x = Separation(x.d, x.low, 2.0 * (x.size + x.speed * t), x.u, x.w)
             along_y = Separation(y.d, y.low, 2.0 * (y.size + y.speed * t), y.u, y.w)
             reach, reach_low = plus(radius, radius2)

@@ -238,7 +238,7 @@ def room_of_plans(
 def read_plans(m: Cells, plans: Plans, radius: float, radius2: float, sense: int) -> tuple[int, int]:
     """Writes the coefficients of Q, or of -Q if ``sense`` is -1, into their rows; returns the cells in use,
     from the first to before the end, or an end of 0 if they do not fit."""
-    power = int(math.frexp(plans.tick)[1]) - 1
+    power = int(math.frexp(plans.per_tick)[1]) - 1
     first, end = room_of_plans(plans, power, radius, radius2, CELLS, 0)
     if end == 0:
         return first, end
@@ -279,11 +279,11 @@ def rises_or_presses(plans: Plans, radius: float, radius2: float, since: int) ->
 
 @subroutine
 def read_gap(
-    m: Cells, far: float, near: float, radius: float, slope: float, pull: float, tick: float
+    m: Cells, far: float, near: float, radius: float, slope: float, pull: float, per_tick: float
 ) -> tuple[int, int]:
     """Writes the coefficients of the gap of ``wall_exactly`` into their rows; returns the cells in use, or an
     end of 0 if they do not fit."""
-    power = int(math.frexp(tick)[1]) - 1
+    power = int(math.frexp(per_tick)[1]) - 1
     first, end = room(CELLS, 0, far, 0)
     first, end = room(first, end, near, 0)
     first, end = room(first, end, radius, 0)
@@ -304,18 +304,18 @@ def read_gap(
 
 @subroutine
 def wall_exactly(
-    far: float, near: float, radius: float, slope: float, pull: float, tick: float, guess: int
+    far: float, near: float, radius: float, slope: float, pull: float, per_tick: float, guess: int
 ) -> int:
     """Returns the first count of ticks that satisfies rule 5 for the gap to a wall, or ``NEVER``."""
     m = zeros(MEMORY)
-    first, end = read_gap(m, far, near, radius, slope, pull, tick)
+    first, end = read_gap(m, far, near, radius, slope, pull, per_tick)
     found = first_fall(m, first, end, Window(0, LIMIT, 3, True), guess) if end > 0 else NO_FALL
     return found if found >= 0 else NEVER
 
 
 @subroutine
-def gap_sign_exactly(gap: float, slope: float, pull: float, tick: float, count: int) -> int:
+def gap_sign_exactly(gap: float, slope: float, pull: float, per_tick: float, count: int) -> int:
     """Returns the sign of a gap that widens like this, after a number of ticks; 1 if it does not fit."""
     m = zeros(MEMORY)
-    first, end = read_gap(m, gap, 0.0, 0.0, slope, pull, tick)
+    first, end = read_gap(m, gap, 0.0, 0.0, slope, pull, per_tick)
     return sign_at(m, first, end, 0, count) if end > 0 else 1

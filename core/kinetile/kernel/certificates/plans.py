@@ -39,7 +39,7 @@ class Plans(NamedTuple):
     x: Axis
     y: Axis
     elapsed: int
-    tick: float
+    per_tick: float
     per_time: float
 
 
@@ -77,7 +77,7 @@ def plans_between(
     ax2, ay2 = acceleration_of(two)
     along = Axis(one.x, one.vx, ax, two.x, two.vx, ax2, right, x, 0.0, 0.0)
     across = Axis(one.y, one.vy, ay, two.y, two.vy, ay2, up, y, 0.0, 0.0)
-    return Plans(along, across, two.anchor - one.anchor, k.clock[0].tick, k.clock[0].per_time)
+    return Plans(along, across, two.anchor - one.anchor, k.clock[0].per_tick, k.clock[0].per_time)
 
 
 @hook

@@ -20,20 +20,20 @@ from kinetile.kernel.tables import NEVER, Kernel
 
 
 @apart
-def first_below(gap: float, rate: float, bend: float, start: int, tick: float, per_time: float) -> int:
+def first_below(gap: float, rate: float, bend: float, start: int, per_tick: float, per_time: float) -> int:
     """Returns the first count of ticks, from ``start`` (0 to 2^62 - 1) on, at whose end G is below zero;
     ``NEVER`` if that is not before 2^62, or a number is not finite."""
     below = known = False
-    if has_room(abs(gap), rate, bend, tick):
-        t, rest = time_of(start + 1, tick)
+    if has_room(abs(gap), rate, bend, per_tick):
+        t, rest = time_of(start + 1, per_tick)
         value, _, size = place_at(Motion(gap, 0.0, rate, 0.0, bend, 0.0, abs(gap), abs(rate)), t, rest)
         below = value < 0.0
         known = abs(value) > 2.0**-100 * size
     if not known:
-        below = gap_sign_exactly(gap, rate, bend, tick, start + 1) < 0
+        below = gap_sign_exactly(gap, rate, bend, per_tick, start + 1) < 0
     if below:
         return start
-    found = reaches_edge(gap, 0.0, 0.0, rate, bend, tick, per_time)
+    found = reaches_edge(gap, 0.0, 0.0, rate, bend, per_tick, per_time)
     return found if found > start else NEVER
 
 
@@ -47,5 +47,5 @@ def falls_bent(k: Kernel, since: int, gap: float, rate: float, bend: float) -> i
     at an event is not reversed at that tick. From 2^62 ticks after ``since`` on there is no prediction.
     """
     clock = k.clock[0]
-    found = first_below(gap, rate, bend, clock.now - since, clock.tick, clock.per_time)
+    found = first_below(gap, rate, bend, clock.now - since, clock.per_tick, clock.per_time)
     return since + int(found) if found < NEVER else NEVER

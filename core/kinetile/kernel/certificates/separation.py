@@ -148,7 +148,7 @@ def seen(axis: Axis, time: float, rest: float) -> Separation:
 @hook
 def separations(plans: Plans) -> tuple[Separation, Separation]:
     """Returns the separations of two bodies along both axes."""
-    time, rest = time_of(plans.elapsed, plans.tick)
+    time, rest = time_of(plans.elapsed, plans.per_tick)
     return seen(plans.x, time, rest), seen(plans.y, time, rest)
 
 
@@ -217,16 +217,16 @@ def motion_of(axis: Axis, time: float, rest: float) -> Motion:
 
 
 @hook
-def time_of(count: int, tick: float) -> tuple[float, float]:
+def time_of(count: int, per_tick: float) -> tuple[float, float]:
     """Returns the length of a number of ticks: a rounded time, and its rounding error."""
     ticks = float(count)
-    return ticks * tick, float(count - int(ticks)) * tick
+    return ticks * per_tick, float(count - int(ticks)) * per_tick
 
 
 @hook
 def motions(plans: Plans) -> tuple[Motion, Motion]:
     """Returns the relative motion of two bodies along both axes."""
-    time, rest = time_of(plans.elapsed, plans.tick)
+    time, rest = time_of(plans.elapsed, plans.per_tick)
     return motion_of(plans.x, time, rest), motion_of(plans.y, time, rest)
 
 
@@ -252,7 +252,7 @@ def grain_of(value: float) -> float:
 
 
 @hook
-def grain_at(axis: Axis, elapsed: int, count: int, tick: float) -> float:
+def grain_at(axis: Axis, elapsed: int, count: int, per_tick: float) -> float:
     """Returns a power of two that divides a separation along an axis after a number of ticks; the first body
     has flown for ``elapsed`` more."""
     grain = smaller(grain_of(axis.x), grain_of(axis.x2))
@@ -260,9 +260,9 @@ def grain_at(axis: Axis, elapsed: int, count: int, tick: float) -> float:
     if axis.turns != 0.0:
         grain = smaller(grain, grain_of(axis.period))
     if elapsed | count != 0:
-        flown = float((elapsed | count) & -(elapsed | count)) * tick
+        flown = float((elapsed | count) & -(elapsed | count)) * per_tick
         grain = smaller(grain, smaller(grain_of(axis.v), 0.5 * flown * grain_of(axis.a)) * flown)
     if count != 0:
-        flown = float(count & -count) * tick
+        flown = float(count & -count) * per_tick
         grain = smaller(grain, smaller(grain_of(axis.v2), 0.5 * flown * grain_of(axis.a2)) * flown)
     return float(grain)

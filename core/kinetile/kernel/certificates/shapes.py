@@ -269,7 +269,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
         return OPEN
     doubt = 2.0**-48 * size
     slack = 2.0**-50 * speed
-    per_tick = speed * plans.tick
+    moved = speed * plans.per_tick
     out = math.inf
     rate = 0.0
     face = -1
@@ -285,10 +285,10 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
         return OPEN
     error = (doubt + slack * abs(out)) / (rate - slack)
     first, last = along_face(f, row, face, x, y, out)
-    around = doubt + speed * error + per_tick
+    around = doubt + speed * error + moved
     if first > around and last < -around:
         return tick_at_face(f, face, out, x, y, per_time) if out > error else OPEN
-    if reach > 4.0 * per_tick + doubt:
+    if reach > 4.0 * moved + doubt:
         corner = last_corner(f, row, x, y)
         around_x = less_corner(x, f[corner + CX], f[corner + CX_LOW])
         around_y = less_corner(y, f[corner + CY], f[corner + CY_LOW])
@@ -296,7 +296,7 @@ def leaves_surely(f: Numbers, row: int, plans: Plans) -> int:
         if (
             found != OPEN
             and t > 0.0
-            and is_beside(f, row, corner, x, y, t, 2.0 * (doubt + per_tick + slack * t))
+            and is_beside(f, row, corner, x, y, t, 2.0 * (doubt + moved + slack * t))
         ):
             return found
     return OPEN
@@ -329,7 +329,7 @@ def from_corner(f: Numbers, corner: int, plans: Plans) -> Plans:
     """Returns two plans, the place of the second less a corner."""
     x = shifted(plans.x, f[corner + CX], f[corner + CX_LOW])
     y = shifted(plans.y, f[corner + CY], f[corner + CY_LOW])
-    return Plans(x, y, plans.elapsed, plans.tick, plans.per_time)
+    return Plans(x, y, plans.elapsed, plans.per_tick, plans.per_time)
 
 
 @subroutine
@@ -350,7 +350,7 @@ def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: i
     extra = 0.0
     extra_low = 0.0
     unsure = 0.0
-    t, rest = time_of(count, w.plans.tick)
+    t, rest = time_of(count, w.plans.per_tick)
     if order == ITSELF:
         ax, ax_low, x_size = place_at(w.x, t, rest)
         ay, ay_low, y_size = place_at(w.y, t, rest)
@@ -370,7 +370,7 @@ def measured(f: Numbers, w: Approach, face: int, kind: int, order: int, count: i
             extra, extra_low = total(extra, extra_low, -within, 0.0)
             unsure = 2.0**-50 * abs(within)
     elif order == RATE:
-        t, rest = total(t, rest, 0.5 * w.plans.tick, 0.0)
+        t, rest = total(t, rest, 0.5 * w.plans.per_tick, 0.0)
         ax, ax_low = times(w.x.b, w.x.c, t, rest)
         ay, ay_low = times(w.y.b, w.y.c, t, rest)
         ax, ax_low = total(ax, ax_low, w.x.u, w.x.w)
@@ -403,7 +403,7 @@ def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
     elif kind == AWAY:
         vx = w.x.d - f[face + CX]
         vy = w.y.d - f[face + CY]
-    t = float(count) * w.plans.tick
+    t = float(count) * w.plans.per_tick
     ax = w.x.b
     ay = w.y.b
     x_size = abs(ax)
@@ -415,7 +415,7 @@ def roughly(f: Numbers, w: Approach, face: int, kind: int, order: int, count: in
         ax = (w.x.d + (w.x.u + 0.5 * ax * t) * t) - f[corner + CX]
         ay = (w.y.d + (w.y.u + 0.5 * ay * t) * t) - f[corner + CY]
     elif order == RATE:
-        t += 0.5 * w.plans.tick
+        t += 0.5 * w.plans.per_tick
         ax = w.x.u + ax * t
         ay = w.y.u + ay * t
         x_size = w.x.speed + x_size * t
@@ -449,7 +449,7 @@ def grain_of_measure(f: Numbers, w: Approach, face: int, kind: int, order: int, 
         if order != ITSELF:
             place = smaller(place, smaller(grain_of(axis.v), grain_of(axis.v2)))
         else:
-            place = smaller(place, grain_at(axis, w.plans.elapsed, count, w.plans.tick))
+            place = smaller(place, grain_at(axis, w.plans.elapsed, count, w.plans.per_tick))
     if order == ITSELF:
         for at in (CX, CX_LOW, CY, CY_LOW):
             place = smaller(place, grain_of(f[corner + at]))
@@ -480,11 +480,11 @@ def guess_of(f: Numbers, w: Approach, face: int, kind: int, order: int, sense: i
     rate *= float(sense)
     bend *= float(sense)
     if order == RATE:
-        return as_count(-rate / bend / w.plans.tick) if bend != 0.0 else 0
+        return as_count(-rate / bend / w.plans.per_tick) if bend != 0.0 else 0
     root = math.sqrt(larger(rate * rate - 2.0 * bend * first, 0.0))
     if rate < 0.0:
-        return as_count(2.0 * first / (root - rate) / w.plans.tick)
-    return as_count((rate + root) / -bend / w.plans.tick) if bend < 0.0 else 0
+        return as_count(2.0 * first / (root - rate) / w.plans.per_tick)
+    return as_count((rate + root) / -bend / w.plans.per_tick) if bend < 0.0 else 0
 
 
 @subroutine
@@ -653,13 +653,13 @@ def enters_at_corner(
     if found == NEVER or found == OPEN:  # noqa: SIM109 - no tuple in a hook
         return found
     speed = abs(x.u) + abs(y.u)
-    per_tick = speed * plans.tick
-    t = float(found) * plans.tick
-    inner = reach - (f[row + FLUSH] + 2.0 * doubt + per_tick)
+    moved = speed * plans.per_tick
+    t = float(found) * plans.per_tick
+    inner = reach - (f[row + FLUSH] + 2.0 * doubt + moved)
     cross = corner_x.d * y.u - corner_y.d * x.u
     root = math.sqrt(larger(inner * inner * (x.u * x.u + y.u * y.u) - cross * cross, 0.0))
-    around = 2.0 * (doubt + per_tick + slack * t) + reach * (reach - inner) * speed / root
-    known = inner > 0.0 and root > 0.0 and t + 2.0 * around / speed < FAR * plans.tick
+    around = 2.0 * (doubt + moved + slack * t) + reach * (reach - inner) * speed / root
+    known = inner > 0.0 and root > 0.0 and t + 2.0 * around / speed < FAR * plans.per_tick
     return found if known and is_beside(f, row, corner, x, y, t, around) else OPEN
 
 
@@ -676,17 +676,17 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         return OPEN
     doubt = 2.0**-48 * size
     slack = 2.0**-50 * speed
-    per_tick = speed * plans.tick
-    last_time = FAR * plans.tick
+    moved = speed * plans.per_tick
+    last_time = FAR * plans.per_tick
     c = crossings_of(f, row, x, y, size, doubt, slack, last_time)
     if c.misses:
         return NEVER
     comes = c.into - c.into_error
-    known = c.known and (reach == 0.0 or reach > 4.0 * per_tick + doubt)
+    known = c.known and (reach == 0.0 or reach > 4.0 * moved + doubt)
     known = known and c.into * speed < 2.0**20 * size and (comes > 0.0 or (reach > 0.0 and c.latest < 0.0))
     known = known and (reach > 0.0 or c.latest < c.stays)
     half = 0.5 * (c.into + c.stays)
-    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + per_tick)
+    deep = reach == 0.0 and is_deep(f, row, x, y, half, doubt + slack * abs(half) + moved)
     corner = -1
     found = -1
     for face in range(faces, faces + int(f[row + CORNERS]) * WIDE if known else 0, WIDE):
@@ -706,12 +706,12 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
         over = True
         sinks = deep
         if reach > 0.0:
-            around = doubt + speed * error + per_tick
+            around = doubt + speed * error + moved
             first, last = along_face(f, row, face, x, y, t)
             over = first > around and last < -around
             if over and comes > 0.0:  # it must be over the face until it is a strip deeper
                 sinking = error + f[row + FLUSH] / (-rate - slack)
-                further = around + speed * sinking + per_tick
+                further = around + speed * sinking + moved
                 sinks = first > further and last < -further and t + sinking < last_time
             nearest = face if first < -around else next_corner(f, row, face)
             if not over:
@@ -736,7 +736,7 @@ def enters_surely(f: Numbers, row: int, plans: Plans) -> int:
 def farther(f: Numbers, w: Approach, face: int, other: int, count: int) -> int:
     """Returns the sign of a place's distance out of a face's line less its distance out of another face's
     line, after a number of ticks."""
-    t, rest = time_of(count, w.plans.tick)
+    t, rest = time_of(count, w.plans.per_tick)
     px, _, x_size = place_at(w.x, t, rest)
     py, _, y_size = place_at(w.y, t, rest)
     gap = (f[face + NX] - f[other + NX]) * px + (f[face + NY] - f[other + NY]) * py
@@ -993,8 +993,8 @@ def comes_nearer(f: Numbers, row: int, face: int, plans: Plans) -> int:
     exactly; else 0."""
     x = plans.x
     y = plans.y
-    half = 0.5 * plans.tick
-    time = plans.elapsed * plans.tick + half  # since the first one's anchor
+    half = 0.5 * plans.per_tick
+    time = plans.elapsed * plans.per_tick + half  # since the first one's anchor
     across = f[face + TY] * ((x.v2 + half * x.a2) - (x.v + time * x.a))
     up = f[face + TX] * ((y.v2 + half * y.a2) - (y.v + time * y.a))
     size = abs(f[face + TY]) * (abs(x.v2) + half * abs(x.a2) + (abs(x.v) + time * abs(x.a)))

@@ -135,7 +135,7 @@ def is_nearer(m: Cells, first: int, end: int) -> int:
 @subroutine
 def read_in(m: Cells, f: Numbers, row: int, plans: Plans) -> tuple[int, int]:
     """Writes the numbers of two paths and of a row; returns the cells in use, or an end of 0: no room."""
-    power = int(math.frexp(plans.tick)[1]) - 1
+    power = int(math.frexp(plans.per_tick)[1]) - 1
     first, end = room(CELLS, 0, f[row + ALL_SIZES], 0)
     first, end = room(first, end, f[row + LEAST], 0)  # and so all numbers of the row have room
     first, end = room_of_plans(plans, power, f[row + RADIUS], f[row + RADIUS_LOW], first, end)

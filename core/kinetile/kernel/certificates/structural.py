@@ -84,7 +84,7 @@ def falls(k: Kernel, since: int, gap: float, rate: float) -> int:
             k.counts[0].late = larger(k.counts[0].late, clock.now - tick)
             return int(clock.now)
         return tick
-    if gap < -limits.theta and gap + rate * ((clock.now + 1 - since) * clock.tick) < -limits.theta:
+    if gap < -limits.theta and gap + rate * ((clock.now + 1 - since) * clock.per_tick) < -limits.theta:
         return int(clock.now)
     return NEVER
 
@@ -110,7 +110,7 @@ def falls_eight(k: Kernel, since: Ticks, gap: Floats, rate: Floats) -> Ticks:
             if lane(late, i) and not lane(long_ago, i):
                 counts.late = larger(counts.late, clock.now - lane(tick, i))
     tick = choose(late | long_ago, now, tick)
-    ahead = to_floats(spread_ticks(clock.now + 1) - since) * spread(clock.tick)
+    ahead = to_floats(spread_ticks(clock.now + 1) - since) * spread(clock.per_tick)
     deep = (gap < theta) & (gap + rate * ahead < theta)
     return choose(falling, choose(soon, tick, never), choose(deep, now, never))
 
@@ -228,5 +228,5 @@ def falls_many(k: Kernel, since: Integers, gap: Doubles, rate: Doubles) -> Integ
         near = np.clip(np.nan_to_num(np.floor(ticks)), -FAR, FAR).astype(np.int64)
     falling = np.where(ticks <= -FAR, clock.now, np.maximum(since + near, clock.now))
     falling = np.where(ticks < FAR, falling, NEVER)
-    deep = (gap < -limits.theta) & (gap + rate * ((clock.now + 1 - since) * clock.tick) < -limits.theta)
+    deep = (gap < -limits.theta) & (gap + rate * ((clock.now + 1 - since) * clock.per_tick) < -limits.theta)
     return np.where(rate < 0.0, falling, np.where(deep, clock.now, NEVER))

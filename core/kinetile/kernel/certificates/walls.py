@@ -36,21 +36,21 @@ from kinetile.kernel.vectors import product_error
 
 
 @hook
-def has_room(sizes: float, slope: float, pull: float, tick: float) -> bool:
+def has_room(sizes: float, slope: float, pull: float, per_tick: float) -> bool:
     """Returns True if the bounds for a gap in doubles hold: no size too large, or too small and not 0."""
     slow = abs(slope) < SMALL and slope != 0.0
     weak = abs(pull) < SMALL and pull != 0.0
-    return bool(sizes + (abs(slope) + abs(pull)) < LARGE and not (slow or weak) and tick > 2.0**-100)
+    return bool(sizes + (abs(slope) + abs(pull)) < LARGE and not (slow or weak) and per_tick > 2.0**-100)
 
 
 @apart
 def reaches_edge(
-    far: float, near: float, radius: float, slope: float, pull: float, tick: float, per_time: float
+    far: float, near: float, radius: float, slope: float, pull: float, per_tick: float, per_time: float
 ) -> int:
     """Returns the number of ticks until a gap closes, or ``NEVER``: it is ``far - near - radius``, and widens
     at the speed ``slope``, by ``pull`` faster after a unit of time.
 
-    ``tick`` is the length of a tick, a power of two, and ``per_time`` its inverse.
+    ``per_tick`` is the length of a tick, a power of two, and ``per_time`` its inverse.
     """
     sizes = abs(far) + abs(near) + abs(radius)
     guess = 0
@@ -78,7 +78,7 @@ def reaches_edge(
                     found = floor_of(ticks, step, bound)
                     if found != OPEN:
                         return found
-    elif has_room(sizes, slope, pull, tick):
+    elif has_room(sizes, slope, pull, per_tick):
         if pull >= 0.0 and slope >= 0.0:
             return NEVER
         d, low = plus(far, -near)
@@ -97,10 +97,10 @@ def reaches_edge(
         after = LIMIT
         for _ in range(8):
             guess = smaller(larger(guess, before + 1), after - 1)
-            t, rest = time_of(guess + 1, tick)
+            t, rest = time_of(guess + 1, per_tick)
             value, _, size = place_at(way, t, rest)
             error = 2.0**-100 * size
-            rate = slope + pull * (t - 0.5 * tick)
+            rate = slope + pull * (t - 0.5 * per_tick)
             steady = abs(rate) > 2.0**-50 * (abs(slope) + abs(pull) * t)
             falls = steady and rate < 0.0
             if falls and value < -error:
@@ -116,7 +116,7 @@ def reaches_edge(
                 guess += int(math.floor(move))
             else:
                 guess += -1 if after == guess else 1
-    return wall_exactly(far, near, radius, slope, pull, tick, guess)
+    return wall_exactly(far, near, radius, slope, pull, per_tick, guess)
 
 
 @unchecked

@@ -206,7 +206,7 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     x, y = pull_between(k, a, b)
     if not RESTING and x == 0.0 and y == 0.0:
         return
-    lasting = k.clock[0].tick * LASTING
+    lasting = k.clock[0].per_tick * LASTING
     if RULES and k.rules[rule_of(k, a, b)].contact_time > 0.0:
         lasting = k.rules[rule_of(k, a, b)].contact_time
     least = 0.5 * lasting * -(x * nx + y * ny)

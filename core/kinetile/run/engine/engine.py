@@ -446,7 +446,7 @@ class Engine(Tables):
             extent = max(self.bounds.extent, extent)
         limit = self.composition.broad.skin_limit
         margin = margin_of(self.composition.prepared, limit)
-        skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].tick), margin)
+        skin = Skin.of(len(self.k.bodies), extent, speed, float(self.k.clock[0].per_tick), margin)
         if limit is not None and skin.delta > limit:
             raise too_thick(self.composition.broad_phase, skin.delta, limit)
         return self.bounds._replace(speed=speed, extent=extent, skin=skin)
@@ -470,7 +470,7 @@ class Engine(Tables):
         there = np.flatnonzero(k.queue.number >= 0)
         speed = np.hypot(k.bodies.vx[there], k.bodies.vy[there])
         most = float(speed.max(initial=0.0))
-        if not most * float(k.clock[0].tick) <= MOST_FLOWN * self.bounds.smallest:
+        if not most * float(k.clock[0].per_tick) <= MOST_FLOWN * self.bounds.smallest:
             rules = self.composition.rules
             body = int(k.queue.number[there[int(np.argmax(np.where(np.isnan(speed), math.inf, speed)))]])
             raise PhaseError(

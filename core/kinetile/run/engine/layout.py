@@ -79,7 +79,7 @@ def tables_of(contents: Contents, numbers: int, composition: Composition, unit: 
         k = _with_passings(k, contents.passings, places)
     k.counts[0] = contents.counts[0]
     clock = k.clock[0]
-    clock.tick, clock.per_time = unit / TICKS, TICKS / unit
+    clock.per_tick, clock.per_time = unit / TICKS, TICKS / unit
     if prepared.arena is not None:
         clock.limits.width, clock.limits.height = prepared.arena
     clock.torus.x, clock.torus.y = prepared.periods
@@ -187,7 +187,7 @@ def set_limits(k: Kernel, bounds: Bounds, composition: Composition) -> None:
     if speed > 0.0:
         span = int(min(4.0 * extent / speed * float(clock.per_time), float(span)))
     limits.span = span
-    time = span * float(clock.tick)
+    time = span * float(clock.per_tick)
     bend = 0.5 * sum(prepared.pull) * time * time  # of plans that are seen where they are not yet, or no more
     limits.fat = skin.fat(extent + 2.0 * speed * time + bend)
 

@@ -75,7 +75,7 @@ def quiet_spans(
     bodies = k.bodies.view(np.ndarray).take(taken)
     place, radius, reach = positions_now(k, taken), bodies["radius"], reaches_of(k)[taken]
     velocity = velocities_after(*plans_now(k, taken))
-    span = float(SPAN) * float(k.clock[0].tick) * (1.0 + 1e-9)  # room for a tick, and for these roundings
+    span = float(SPAN) * float(k.clock[0].per_tick) * (1.0 + 1e-9)  # room for a tick, and for these roundings
     speed = np.abs(velocity).max()
     a_span = SPAN // BEAT if any(periods) else 1  # twice the anchorings of a body in a span
     if not any(walls) and not any(periods):
@@ -183,7 +183,7 @@ def anchor_many(k: Kernel, body: int, spans: int) -> None:
     last = (spans + 1) * (SPAN // beat) - 1
     more = (last - first) // 2
     anchor(k, body, first * beat)
-    elapsed = float((2 * beat) * k.clock[0].tick)
+    elapsed = float((2 * beat) * k.clock[0].per_tick)
     torus = k.clock[0].torus
     period_x = torus.x if PERIODIC else 0.0
     period_y = torus.y if PERIODIC else 0.0

@@ -117,7 +117,7 @@ def cast(
     tick, met = min(found, key=itemgetter(0), default=(NEVER, NOBODY))
     if tick == NEVER:
         return None
-    t = (tick - query.now) * float(query.k.clock[0].tick)
+    t = (tick - query.now) * float(query.k.clock[0].per_tick)
     flown = math.hypot(*((v + 0.5 * a * t) * t for v, a in zip(velocity, pull, strict=True)))
     return CastHit(*query.clock.moment(query.clock.total(tick)), met, flown)
 
@@ -175,7 +175,7 @@ def _with_body(query: Query, centre: Point, outline: Outline, velocity: Point, p
     # The search is right if ``fat`` is more than its rounding, and this body may fly further than any other.
     # # A period is enough: its speed has no limit only along an axis with walls, which has no images.
     clock[0].torus.foreseen = ahead = query.ahead(velocity) if any(periods) else 0
-    flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].tick))
+    flown = (abs(velocity[0]) + abs(velocity[1])) * (ahead * float(clock[0].per_tick))
     far = flown + MOST_PERIODS * sum(periods) + float(body.radius)
     limits.fat += min(2.0**-40 * far, max(periods))
     k = k._replace(bodies=bodies, images=images, clock=clock, rules=k.rules[:0])
@@ -313,7 +313,7 @@ def ticks_of_gaps(k: Kernel, gaps: Floats, ticks: Integers) -> None:
     clock = k.clock[0]
     for i in range(len(gaps)):
         far, near, radius, slope, pull = gaps[i]
-        delay = reaches_edge(far, near, radius, slope, pull, clock.tick, clock.per_time)
+        delay = reaches_edge(far, near, radius, slope, pull, clock.per_tick, clock.per_time)
         if delay != NEVER:
             ticks[i] = clock.now + delay
 

@@ -71,7 +71,7 @@ class Query:
     def ahead(self, velocity: Point = (0.0, 0.0)) -> int:
         """Returns the number of ticks, from now, of the search for contacts if axes are periodic, also for a
         body with this velocity: ``UNITS_AHEAD``, or until one crosses ``MOST_PERIODS`` for another."""
-        bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].tick) * TICKS
+        bodies, unit = self.k.bodies.view(np.ndarray), float(self.k.clock[0].per_tick) * TICKS
         crossed = 1.0
         for name, own, period in zip(("vx", "vy"), velocity, self.periods, strict=True):
             if period:

@@ -23,7 +23,7 @@ TICK = 2.0**-52
 def tables(speed: float):
     k = allocate(2, 2, 1)
     clock = k.clock[0]
-    clock.tick, clock.per_time = TICK, 1.0 / TICK
+    clock.per_tick, clock.per_time = TICK, 1.0 / TICK
     skin = Skin.of(2, 1.0, speed, TICK)
     clock.limits.skin, clock.limits.theta = skin.delta, skin.theta
     return k

@@ -33,7 +33,7 @@ def laid_out(bodies: list[Body], slots: list[int] | None = None) -> Query:
     for slot, (shape, x, y) in enumerate(bodies):
         k.bodies.x[slot], k.bodies.y[slot], k.bodies.radius[slot], k.radii[slot] = x, y, *[shape.reach] * 2
         k.queue.number[slot], k.bodies.form[slot] = n - 1 - slot, slot + 1
-    k.clock[0].tick = 2.0**-52
+    k.clock[0].per_tick = 2.0**-52
     asked = np.arange(n) if slots is None else np.array(slots, dtype=np.int64)
     table = (kt.disc(1.0), *(shape for shape, _, _ in bodies))
     return Query(k, None, asked, Clock(0.0, 1.0), cast(Composition, None), table)

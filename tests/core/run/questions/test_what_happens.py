@@ -72,7 +72,7 @@ def rows_to_come(sim: kt.Simulation) -> tuple[list[tuple], float]:
     ahead, seen, end = copy(sim), len(sim.contacts), sim.time + LONG
     if sim.scene.periodic:
         clock = copy(sim).tables.clock[0]
-        end = min(end, math.nextafter(float(clock.torus.beat * clock.tick), 0.0))
+        end = min(end, math.nextafter(float(clock.torus.beat * clock.per_tick), 0.0))
     ahead.run(until=end, max_contacts=seen + ROWS - len(sim.contacts))
     rows = [row.item() for row in ahead.contacts[seen:]]
     kinds = dict(zip(sim.bodies.tolist(), sim.kinds.tolist(), strict=True))
