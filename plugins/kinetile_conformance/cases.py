@@ -64,7 +64,15 @@ GENERAL = {"general": True}
 Row = TypeVar("Row")
 Tables = Mapping[str, npt.NDArray[np.generic]]
 
-OF_THE_SCENE = ("tick", "per_time", "limits.width", "limits.height", "present", "epoch", "jam.window_size")
+OF_THE_SCENE = (
+    "per_tick",
+    "per_time",
+    "limits.width",
+    "limits.height",
+    "present",
+    "epoch",
+    "jam.window_size",
+)
 OF_THE_SKIN = ("limits.skin", "limits.theta", "limits.tolerance", "limits.span", "limits.fat")
 
 

@@ -62,6 +62,8 @@ def draw(
     """
     form = check_ending("--out", out, (".svg", ".png", ".pdf"))[1:]
     check_new("--out", out, overwrite)
+    if bare and form != "svg":
+        raise BadOption(f"--bare is for an .svg; {out} is a .{form}")
     if form != "svg":
         from kinetile.show.printed import check_printing
 

@@ -119,7 +119,7 @@ def plans_now(k: Kernel, slots: Integers | None = None) -> tuple[Plan | Accelera
     clock, bodies = k.clock.view(np.ndarray)[0], k.bodies.view(np.ndarray)
     if slots is not None:
         bodies = bodies.take(slots)
-    return Plan.of(bodies), (clock["now"] - bodies["anchor"]) * clock["tick"]
+    return Plan.of(bodies), (clock["now"] - bodies["anchor"]) * clock["per_tick"]
 
 
 def positions_now(k: Kernel, slots: Integers | None = None) -> Floats:

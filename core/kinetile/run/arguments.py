@@ -516,7 +516,7 @@ def read_move(engine: Engine, body: object, position: object) -> Rows:
 
 
 def _is_too_fast(engine: Engine, speed: float, smallest: float) -> bool:
-    return bool(speed * engine.fields.tick[0] > MOST_FLOWN * smallest)
+    return bool(speed * engine.fields.per_tick[0] > MOST_FLOWN * smallest)
 
 
 def _check_speed(engine: Engine, speed: float, smallest: float) -> None:

@@ -223,6 +223,8 @@ def _palette() -> Iterator[int]:
 
     back, edge = getrgb(LIGHT.back), getrgb(LIGHT.edge)
     over = {look.colour: look for look in (*LOOKS.values(), NEXT_LOOK)}
+    for look in over.values():
+        yield from (round(x + (y - x) * look.filled) for x, y in zip(back, getrgb(look.colour), strict=True))
     pairs = [(back, getrgb(colour)) for colour in (*over, LIGHT.ink, LIGHT.edge)]
     pairs += [(edge, getrgb(colour)) for colour in (*KINDS, *SPEEDS, FIXED)]
     yield from back

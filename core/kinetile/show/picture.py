@@ -91,6 +91,7 @@ class Picture:
         shapes: the shapes that the broad phase draws, with numbers as coordinates.
         next: the first failure of a shape's certificate, in ticks since the start; None: never.
         times: the failure times of certificates, in the scene's time, by their ticks.
+        colours: the legend of bodies: a word and its colour, for each kind, or for slow and fast bodies.
     """
 
     caption: str
@@ -103,6 +104,7 @@ class Picture:
     next: int | None
     times: dict[int, float]
     left_out: str = ""
+    colours: tuple[tuple[str, str], ...] = ()
 
     @property
     def roles(self) -> list[str]:
@@ -179,7 +181,8 @@ def take_picture(
     caption = f"{counted(sim.scene, len(discs))} under {sim.broad_phase} at time {sim.time:.6g}{left_out}"
     seen, arrows = (*discs, *_images(discs, sim.scene)), arrow_time(discs, sim.scene.velocity)
     view = caption, low, high, arrows, sim.scene.arena is not None
-    return Picture(*view, seen, shapes, min(ticks, default=None), times, left_out)
+    legend = legend_of(sim.scene, velocities)
+    return Picture(*view, seen, shapes, min(ticks, default=None), times, left_out, legend)
 
 
 def picture_of_scene(scene: Scene) -> Picture:
@@ -187,7 +190,8 @@ def picture_of_scene(scene: Scene) -> Picture:
     discs = _first_discs(scene)
     caption = f"{counted(scene, len(scene))} at time {scene.start:.6g}"
     seen, arrows = (*discs, *_images(discs, scene)), arrow_time(discs, scene.velocity)
-    return Picture(caption, *_extent(scene, discs, ()), arrows, scene.arena is not None, seen, (), None, {})
+    view = caption, *_extent(scene, discs, ()), arrows, scene.arena is not None
+    return Picture(*view, seen, (), None, {}, colours=legend_of(scene, scene.velocity))
 
 
 def _first_discs(scene: Scene) -> tuple[PlacedDisc, ...]:
@@ -215,6 +219,14 @@ def pace_of(scene: Scene, velocities: Array) -> float:
         if size > 0.0:
             return 2.2 * size * math.sqrt(float(np.square(each / size).sum()) / len(each))
     return 1.0
+
+
+def legend_of(scene: Scene, velocities: Array) -> tuple[tuple[str, str], ...]:
+    """Returns words for the colours of bodies: the kinds, or rest and the speed of the last colour."""
+    if scene.kinds != (0,):
+        return tuple((printable(str(kind)), KINDS[at % len(KINDS)]) for at, kind in enumerate(scene.kinds))
+    fast = f"at speed {pace_of(scene, velocities):.2g} or more"
+    return (("at rest", SPEEDS[0]), (fast, SPEEDS[-1])) if velocities.any() else ()
 
 
 def colours_of(scene: Scene, kinds: Iterable[Kind], masses: Array, velocities: Array) -> list[str]:
@@ -332,7 +344,7 @@ LOOKS = {
 
 ORDER = tuple(LOOKS)
 
-NEXT_LOOK = Look("#D55E00", 0.0, 2.2)
+NEXT_LOOK = Look("#D55E00", 0.12, 2.2)
 """The look of the next failure, of any role."""
 
 FRESH = Look("#E69F00", 0.20, 2.2, (6.0, 3.0))

@@ -150,7 +150,8 @@ def _arrows(axes: Any, picture: Picture) -> None:
 
 def _legend(figure: Any, picture: Picture) -> None:
     patch, looks = import_module("matplotlib.patches").Patch, picture.looks
-    swatches = [patch(fc=(look.colour, look.filled), ec=look.colour, label=name) for name, look in looks]
+    swatches = [patch(fc=colour, ec=LIGHT.edge, label=word) for word, colour in picture.colours]
+    swatches += [patch(fc=(look.colour, look.filled), ec=look.colour, label=name) for name, look in looks]
     if swatches:
         figure.legend(
             handles=swatches, loc="outside lower center", ncols=len(swatches), fontsize=8, frameon=False

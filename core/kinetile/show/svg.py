@@ -185,10 +185,12 @@ def _arrows(sheet: _Sheet) -> Iterator[str]:
 
 
 def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str], int]:
-    """Returns the text below the caption, and its number of lines: a swatch and a word for each role, and
-    the arrow of a round speed."""
+    """Returns the text below the caption, and its number of lines: a swatch and a word for each colour
+    of bodies and each role, and the arrow of a round speed."""
     square = '<rect x="{x}" y="{top}" width="18" height="10"/>'
-    signs = [(name if name in LOOKS else "next", name, 18.0, square) for name in names]
+    filled = '<rect x="{{x}}" y="{{top}}" width="18" height="10" fill="{}"/>'
+    signs = [("disc", word, 18.0, filled.format(colour)) for word, colour in sheet.picture.colours]
+    signs += [(name if name in LOOKS else "next", name, 18.0, square) for name in names]
     unit = sheet.picture.arrow_time * sheet.scale
     if velocities and unit:
         speed = round_below(40.0 / unit)  # an arrow of 16 to 40 units
@@ -201,7 +203,7 @@ def _legend(sheet: _Sheet, names: list[str], velocities: bool) -> tuple[list[str
             x, line = INSET, line + 1
         y = sheet.tall + 2 * INSET + LINE_HEIGHT * (line + 0.6)
         swatch = sign.format(x=number(x), y=number(y - 4), top=number(y - 9))
-        text = f'<text x="{number(x + length + 6)}" y="{number(y)}">{name}</text>'
+        text = f'<text x="{number(x + length + 6)}" y="{number(y)}">{escape(name)}</text>'
         found.append(f'<g class="{group}">{swatch}</g>{text}')
         x += wide
     return found, line if signs else 0

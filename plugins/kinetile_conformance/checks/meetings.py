@@ -54,7 +54,7 @@ NORMALS = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0,
 OF_THE_SCENE = ("bodies", "mass", "radii", "sides", "traits", "rules", "numbers")
 OF_BODIES = ("bodies", "mass", "radii", "sides", "places", "queue", "traits")
 CLOCK = (
-    *("now", "tick", "per_time", "epoch", "kinds"),
+    *("now", "per_tick", "per_time", "epoch", "kinds"),
     *(f"limits.{name}" for name in ("skin", "theta", "tolerance", "width", "height", "fat")),
 )
 """Tables of a scene, tables with a row for each body, and the clock's fields of a scene."""
@@ -366,7 +366,7 @@ def nobody_is_faster_after_a_contact(case: Case) -> None:
 def _check_hop(at: PairMoment, after: Kernel, who: Integers, lasting: float) -> None:
     """Raises if bodies that have met gain more than a least hop; anchors their plans before that."""
     k, now = at.tables, after.clock[0]
-    since = (now.now - k.bodies.anchor + (now.epoch - k.clock[0].epoch) * TICKS) * now.tick
+    since = (now.now - k.bodies.anchor + (now.epoch - k.clock[0].epoch) * TICKS) * now.per_tick
     k.bodies.vx += k.bodies.ax * since
     k.bodies.vy += k.bodies.ay * since
     pull = np.column_stack([k.bodies.ax, k.bodies.ay])[who[0]] * (who.T >= 0)

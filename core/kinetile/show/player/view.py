@@ -48,6 +48,9 @@ class View:
     def __str__(self) -> str:
         return self.page.html()
 
+    def __repr__(self) -> str:
+        return f"<View {self.page.title}>"
+
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Writes the page, ending in .html if ``path`` has no ending, and returns its path. Replaces another
         page; raises BadOption for any other existing file (unless ``overwrite``)."""
