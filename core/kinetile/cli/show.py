@@ -232,6 +232,6 @@ def _view(
                     )
                 return view
     found = cli.find_scene(scene, parameters)
-    return view_scene(
-        found, phases or [(None, {})], begin=begin, until=until, at=at, steps=steps, pairs=pairs
-    )
+    wanted: dict[str, Any] = {"begin": begin, "until": until, "at": at, "steps": steps, "pairs": pairs}
+    with Bar("recording") as bar:
+        return view_scene(found, phases or [(None, {})], progress=bar.show, **wanted)

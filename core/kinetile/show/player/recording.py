@@ -14,7 +14,7 @@ with another failure time ends this life.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, Self
@@ -98,11 +98,13 @@ def record(
     until: float,
     max_contacts: int | None = None,
     pairs: bool | None = None,
+    progress: Callable[[float, str], None] = lambda share, text: None,
 ) -> Recording:
     """Runs a new simulation, and returns its window from ``begin`` to ``until``, or to a number of contacts;
     None: as many as fit. ``again`` is a second simulation, to be stepped; None: no stepping. A fault ends the
-    recording with a note. Lines between ``pairs`` are drawn if True; None: if there are at most
-    ``PAIRS_DRAWN`` at the beginning, or without steps, if there are at most as many bodies."""
+    recording with a note. ``progress`` is called with the finished share of the steps, and a text. Lines
+    between ``pairs`` are drawn if True; None: if there are at most ``PAIRS_DRAWN`` at the beginning, or
+    without steps, if there are at most as many bodies."""
     rows = BoundedRows(MOST_ROWS, scene)
     clock = rows.clock
     notes: list[str] = []
@@ -138,7 +140,7 @@ def record(
     run = label, plans, rows.rows, first, int(last), None, tuple(notes)
     recording = Recording(*run, drawn_as, skin, paired, whole, passing)
     if again is not None:
-        recording = _with_steps(recording, again, clock, begin, pairs)
+        recording = _with_steps(recording, again, clock, begin, pairs, progress)
     notes = []
     if pairs is None and not recording.pairs and (recording.stepped or drawn_as in _PAIRED):
         notes += [f"Pairs are left out, they are more than {PAIRS_DRAWN}; --pairs (pairs=True) draws them."]
@@ -158,7 +160,12 @@ def shown_up_to(rows: BoundedRows, of: str) -> str:
 
 
 def _with_steps(
-    recording: Recording, again: Simulation, clock: Clock, begin: float, pairs: bool | None
+    recording: Recording,
+    again: Simulation,
+    clock: Clock,
+    begin: float,
+    pairs: bool | None,
+    progress: Callable[[float, str], None],
 ) -> Recording:
     """Steps a simulation through a window, and returns the recording with its steps."""
     events = np.append(-1, np.flatnonzero(~np.isin(recording.rows["b"], (REANCHORED, HELD)))) + 1
@@ -183,6 +190,7 @@ def _with_steps(
         for number, event in enumerate(again.steps(until), 1):
             if event.epoch * TICKS + event.tick > recording.end:
                 break
+            progress(number / MOST_STEPS, f"{recording.label}: {number:,} of at most {MOST_STEPS:,} steps")
             if number > MOST_STEPS:
                 before = clock.before(event.epoch * TICKS + event.tick)
                 most = f"a page has those of {MOST_STEPS:,} steps"

@@ -2,7 +2,7 @@
 
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -80,6 +80,7 @@ def view_scene(
     at: float | None = None,
     notes: Sequence[str] = (),
     pairs: bool | None = None,
+    progress: Callable[[float, str], None] = lambda share, text: None,
 ) -> View:
     """Returns a view of a scene under one broad phase, or under several side by side. If these differ, a note
     names the first difference, and the page opens there.
@@ -95,6 +96,7 @@ def view_scene(
         at: the time that the page shows first; None: the first difference, or the beginning of the window.
         notes: sentences at the head of the page.
         pairs: True if lines between pairs of bodies are drawn; None: up to 400.
+        progress: called with the finished share of the steps, and a text, under each phase.
 
     Raises UnknownName, BadOption and Refused as ``Simulation``.
     """
@@ -111,7 +113,7 @@ def view_scene(
         first = simulation(choice)
         again = simulation(choice) if steps else None
         label = write_phase(first.broad_phase, first.options)
-        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs))
+        recordings.append(record(scene, first, again, label, begin, until, max_contacts, pairs, progress))
     labels = [recording.label for recording in recordings]
     clock = Clock(scene.start, scene.time_unit)
     end = min(until, clock.moment(max(recording.end for recording in recordings))[0])
