@@ -31,6 +31,15 @@ def run_page(path: Path) -> dict[str, object]:
     return found
 
 
+def test_steps_are_reported_while_a_page_is_recorded():
+    told = []
+    scene = kt.make_scene("grid", bodies=4, seed=1)
+    phases = [("naive", {}), ("cells", {})]
+    view_scene(scene, phases, until=0.5, progress=lambda share, text: told.append((share, text)))
+    assert {text.partition(":")[0] for _, text in told} == {"naive", "cells"}
+    assert all(0.0 < share <= 1.0 for share, _ in told)
+
+
 def test_columns_come_back_as_they_were():
     rng = np.random.default_rng(1)
     columns = {
