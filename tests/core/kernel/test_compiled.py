@@ -214,12 +214,12 @@ def test_what_is_called_apart_is_loaded_and_called():
 
 LOADED = """
 import kinetile as kt
-from kinetile.kernel.certificates.discs import touch
-sim = kt.Simulation(kt.make_scene("two-discs"), "naive")
+from kinetile.kernel.certificates.discs import straight_touch
+sim = kt.Simulation(kt.make_scene("two-discs"), "naive", compiled=True)
 assert sim.cached is {known}, sim.cached
-assert touch.known.address is None
+assert straight_touch.known.address is None
 sim.run(4.0, max_contacts=20)
-assert touch.known.address is not None
+assert straight_touch.known.address is not None
 print(sim.fingerprint)
 """
 

@@ -135,7 +135,9 @@ def test_hooks_of_two_forms_are_the_python_ones(calls):
     assert {*BY_RECORD} - {name for name, _ in compared} == {
         "bookkeeping._pull_on",
         "certificates.edges",
+        "disc._straight",
         "flight.note_pull",
+        "images._straight",
         "skin.reach_to",
     }
     assert len(compared) > 10
