@@ -115,7 +115,7 @@ def view(
         str,
         cli.argument(
             "A recipe's name, a .toml file (a scene, or a case that `kinetile conform` saved), or an event "
-            "file (.parquet); without it, the recipe grid with 60 bodies.",
+            "file (.parquet); without it, the recipe grid, by default with 60 bodies.",
             "SCENE",
         ),
     ] = "",
@@ -154,9 +154,9 @@ def view(
     """
     form = check_ending("--out", out, (".html", ".gif", ".mp4"))
     check_new("--out", out, overwrite)
-    if not scene:
-        scene, parameters = "grid", ["bodies=60", *(parameters or ())]
-        pairs = bool(pairs)  # lines between so many would hide them
+    if not scene and not parameters:
+        parameters, pairs = ["bodies=60"], bool(pairs)  # lines between pairs would hide so many bodies
+    scene = scene or "grid"
     of_film = {"seconds": seconds, "width": width}
     options: dict[str, Any] = {name: value for name, value in of_film.items() if value is not None}
     if form == ".html":

@@ -47,6 +47,8 @@ MOST_SECONDS = 200
 WIDTHS = (64, 4096)
 """The least and the largest width of a frame in pixels."""
 
+_Counted = Callable[[int, int], None] | None
+
 STEPS = 3
 """Colours of a film between two that meet."""
 
@@ -90,38 +92,34 @@ class Film:
         BadOption for a file of another name, any other file (unless ``overwrite``) or one that cannot be
         written."""
         target = given if (given := Path(path)).suffix else Path(f"{given}.gif")
-        form = target.suffix.lower()
-        if form not in (".gif", ".mp4"):
+        write = {".gif": self._write_gif, ".mp4": self._write_mp4}.get(target.suffix.lower())
+        if write is None:
             raise BadOption(f"the film is {str(target)!r}; expected a name that ends in .gif or .mp4")
         with writing_new(target, overwrite) as file:
-            if form == ".mp4":
-                self._write_mp4(file, self._counted(progress))
-            else:
-                half = self._halved()
-                half._write_gif(file, half._counted(progress))
+            write(file, progress)
         return target
 
     def _repr_html_(self) -> str:
-        file, half = BytesIO(), self._halved()
-        half._write_gif(file, half.frames())
+        file = BytesIO()
+        self._write_gif(file, None)
         content, (first, *_, last) = b64encode(file.getvalue()).decode(), self.times
         return f'<img src="data:image/gif;base64,{content}" alt="A film, time {first:g} to {last:g}">'
 
-    def _halved(self) -> Film:
-        return replace(self, times=self.times[::-2][::-1]) if len(self.times) > 3 else self
-
-    def _write_gif(self, file: BinaryIO, images: Iterator[Image]) -> None:
+    def _write_gif(self, file: BinaryIO, progress: _Counted) -> None:
         check_printing("Drawing a film")
         from PIL import Image
 
         palette = Image.new("P", (1, 1))
         palette.putpalette(bytes(_palette()))
+        step = 2 if len(self.times) > 2 else 1
+        images = replace(self, times=self.times[::-step][::-1])._counted(progress)
         frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-        options = {"duration": 2000 // FRAMES, "loop": 0, "comment": MARK.encode()}  # milliseconds
+        options = {"duration": 1000 * step // FRAMES, "loop": 0, "comment": MARK.encode()}  # milliseconds
         next(frames).save(file, "GIF", save_all=True, append_images=frames, **options)
 
-    def _write_mp4(self, file: BinaryIO, images: Iterator[Image]) -> None:
+    def _write_mp4(self, file: BinaryIO, progress: _Counted) -> None:
         av = needed("Writing a film as .mp4", "av", "film")
+        images = self._counted(progress)
         first = next(images)
         wide, high = (side // 2 * 2 for side in first.size)  # the format needs even sides
         with av.open(file, "w", format="mp4") as video:
@@ -132,7 +130,7 @@ class Film:
                 video.mux(stream.encode(av.VideoFrame.from_image(image.crop((0, 0, wide, high)))))
             video.mux(stream.encode())
 
-    def _counted(self, progress: Callable[[int, int], None] | None) -> Iterator[Image]:
+    def _counted(self, progress: _Counted) -> Iterator[Image]:
         for done, frame in enumerate(self.frames(), 1):
             yield frame
             if progress is not None:

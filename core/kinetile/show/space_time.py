@@ -196,7 +196,7 @@ def space_time_svg(run: SpaceTime) -> bytes:
         f'<rect class="arena" {frame}/>',
         *axes,
     ]
-    return document((LEFT_MARGIN + LENGTH, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 1)
+    return document((LEFT_MARGIN + LENGTH, HEIGHT + BELOW), run.caption, _style(), body, _legend(), 2)
 
 
 def _round_numbers(low: float, high: float) -> list[float]:

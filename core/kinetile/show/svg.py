@@ -62,8 +62,11 @@ def as_svg(picture: Picture, velocities: bool = False, bare: bool = False) -> by
     if picture.arena:
         x, y = sheet.at(picture.low[0], picture.high[1])
         body.append(f'<rect class="arena" x="{x}" y="{y}" {_size(sheet.wide, sheet.tall)}/>')
-    legend, lines = _legend(sheet, [name for name, _ in picture.looks], velocities) if not bare else ([], -1)
-    return document((sheet.wide, sheet.tall), picture.caption, _style(roles), body, legend, lines)
+    size, style = (sheet.wide, sheet.tall), _style(roles)
+    if bare:
+        return document(size, picture.caption, style, body, (), 0)
+    legend, lines = _legend(sheet, [name for name, _ in picture.looks], velocities)
+    return document(size, picture.caption, style, body, legend, 1 + lines)
 
 
 def document(
@@ -75,18 +78,18 @@ def document(
     lines: int,
 ) -> bytes:
     """Returns an SVG file: its style sheet, and the paper with a body within a width and a height; below that
-    its caption and a legend of some lines, or neither if ``lines`` is -1."""
-    wide, tall = max(size[0], _LETTER * len(caption) * (lines >= 0)) + 2 * INSET, size[1] + 2 * INSET
+    so many lines: its caption, unless there are none, and a legend."""
+    wide, tall = max(size[0], _LETTER * len(caption) if lines else 0.0) + 2 * INSET, size[1] + 2 * INSET
     text = f'<text x="{number(INSET)}" y="{number(tall + 0.6 * LINE_HEIGHT)}">{escape(caption)}</text>'
-    paper = _size(wide, tall + LINE_HEIGHT * (1 + lines))
+    paper = _size(wide, tall + LINE_HEIGHT * lines)
     words = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(wide)} '
-        f'{number(tall + LINE_HEIGHT * (1 + lines))}" {paper} role="img" aria-labelledby="title">',
+        f'{number(tall + LINE_HEIGHT * lines)}" {paper} role="img" aria-labelledby="title">',
         f'<title id="title">{escape(caption)}</title>',
         f"<style>{style}</style>",
         f'<rect class="back" {paper}/>',
         *body,
-        *([text] if lines >= 0 else []),
+        *([text] if lines else []),
         *legend,
         "</svg>",
         "",

@@ -37,6 +37,12 @@ def test_two_phases_beside_each_other(tmp_path):
     assert found["begin"] == [0, 0]
 
 
+def test_a_view_without_a_scene_takes_parameters(tmp_path):
+    for given, bodies in {"": 60, "-s bodies=9 ": 9}.items():
+        kinetile(f"view {given}--until 0.01 --out page.html --overwrite", code=0)
+        assert held(tmp_path / "page.html")["bodies"]["columns"][0] == ["radius", "f8", bodies]
+
+
 def test_an_event_file_plays_as_it_was_recorded(tmp_path, monkeypatch):
     pytest.importorskip("pyarrow")
     kinetile("run grid -s bodies=9 --until 1 --events e.parquet", code=0)

@@ -17,23 +17,27 @@ export function groupOf(kind) {
   return GROUP_OF[kind];
 }
 
-/** The colour of a body: of its kind; without kinds of its speed, or that of immovable ones. */
-function colourOf({ kind, mass }, body, speed, { colours: { kinds, speeds, fixed }, pace }) {
-  if (kind) return kinds[(kind[body] ?? 0) % kinds.length];
-  return mass[body] === Infinity ? fixed : speeds[Math.min(Math.floor((speed / pace) * speeds.length), speeds.length - 1)];
+/** The colours of all bodies: of their kinds; without kinds of their speeds, or the colour of immovable ones; null: absent. */
+export function coloursOf({ kind, mass }, there, speed, { colours: { kinds, speeds, fixed }, pace }) {
+  const last = speeds.length - 1;
+  return Array.from(there, (isThere, body) => {
+    if (!isThere) return null;
+    if (kind) return kinds[(kind[body] ?? 0) % kinds.length];
+    return mass[body] === Infinity ? fixed : speeds[Math.min(Math.floor((speed(body) / pace) * speeds.length), last)];
+  });
 }
 
-/** All bodies of a run: bodies {radius, mass, outline}, places with speeds, the present ones; `marked` are drawn over the others. */
-export function drawBodies(view, bodies, places, there, theme, held, marked) {
+/** Draws all bodies of a run: bodies {radius, outline}, their places and colours; `marked` ones over the others. */
+export function drawBodies(view, bodies, places, colours, theme, marked) {
   const { pen, camera } = view;
   const add = (body) => addBody(view, places.x[body], places.y[body], bodies.radius[body] || 0, bodies.outline[body]); // NaN: unknown
-  const colour = (body) => colourOf(bodies, body, places.speed(body), held);
-  const layers = new Map([held.colours.fixed, ...held.colours.speeds, ...held.colours.kinds].map((filling) => [filling, []]));
-  for (let body = 0; body < there.length; body += 1) {
-    if (!there[body] || marked.has(body)) continue;
-    if (bodies.radius[body] * camera.scale >= HUGE) drawBody(view, () => add(body), colour(body), theme.line, 1);
-    else layers.get(colour(body)).push(body);
-  }
+  const layers = new Map([...new Set(colours)].map((colour) => [colour, []]));
+  layers.delete(null);
+  colours.forEach((colour, body) => {
+    if (colour === null || marked.has(body)) return;
+    if (bodies.radius[body] * camera.scale >= HUGE) drawBody(view, () => add(body), colour, theme.line, 1);
+    else layers.get(colour).push(body);
+  });
   const isSmall = (body) => !bodies.outline[body] && !(bodies.radius[body] * camera.scale >= SMALL);
   for (const [filling, those] of layers) {
     const small = those.length > MANY && !pen.isVector ? those.filter(isSmall) : [];
@@ -50,8 +54,8 @@ export function drawBodies(view, bodies, places, there, theme, held, marked) {
     if (seen) drawEdge(pen, theme.line, 1);
   }
   for (const [body, mark] of marked) {
-    if (!there[body]) continue;
-    drawBody(view, () => add(body), colour(body), mark.line, 2.5, mark.fill);
+    if (!colours[body]) continue; // absent, or none of this run
+    drawBody(view, () => add(body), colours[body], mark.line, 2.5, mark.fill);
   }
 }
 
@@ -114,9 +118,11 @@ export function drawStructure(view, structure, done, places, { looks, next, fres
     pen.globalAlpha = look.strength;
     pen.stroke();
     pen.globalAlpha = 1;
-    const chosen = selected === null || look.strength === 1 ? [] : shapes.filter((shape) => structure.hangsOn(shape, selected));
-    if (chosen.length) addShapes(view, structure, chosen, places, look);
-    if (chosen.length) pen.stroke();
+    if (selected !== null && look.strength < 1) {
+      const chosen = shapes.filter((shape) => structure.hangsOn(shape, selected));
+      if (chosen.length) addShapes(view, structure, chosen, places, look);
+      if (chosen.length) pen.stroke();
+    }
     pen.setLineDash([]);
   }
 }

@@ -140,7 +140,7 @@ function listen(player, canvas) {
   });
   canvas.addEventListener("pointerleave", () => {
     canvas.classList.remove("active");
-    player.pointed = null;
+    player.point(null);
   });
   canvas.addEventListener("pointermove", (event) => {
     const was = fingers.get(event.pointerId);
@@ -148,9 +148,7 @@ function listen(player, canvas) {
       if (player.playing) return;
       const at = offset(canvas, pointOf(event));
       canvas.title = player.lens.nameAt(canvas, at);
-      const pointed = player.bodyAt(canvas, at);
-      if (pointed !== player.pointed) player.changed();
-      player.pointed = pointed;
+      player.point(player.bodyAt(canvas, at));
       return;
     }
     const now = pointOf(event);

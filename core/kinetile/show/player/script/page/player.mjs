@@ -1,7 +1,7 @@
 // The state of the page: playing, selection, view; and the drawing of it.
 
 import { Camera, gapOf, nearest } from "./camera.mjs";
-import { CROWDED, drawBodies, drawFlight, drawNote, drawNumbers, drawOutline, drawPicked, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
+import { CROWDED, coloursOf, drawBodies, drawFlight, drawNote, drawNumbers, drawOutline, drawPicked, drawStructure, drawWalls, groupOf } from "./drawing.mjs";
 import { Lens, areaAround } from "./lens.mjs";
 import { drawMatrix } from "./matrix.mjs";
 import { prepare } from "./paper.mjs";
@@ -44,7 +44,7 @@ function boxAround(points) {
 /** The state of the page, the actions of a reader, and the drawing. */
 export class Player {
   constructor(held, { bodies, runs }) {
-    Object.assign(this, { held, selected: held.select, follows: false, structured: true });
+    Object.assign(this, { held, selected: held.select, follows: false, structured: true, pointed: null });
     Object.assign(this, { playing: 0, evenly: false, group: "all", hidden: new Set() });
     this.camera = new Camera();
     this.speed = held.speed;
@@ -190,6 +190,12 @@ export class Player {
     if (shape === null) return;
     this.lens.pick(at, shape);
     this.say(this.lens.proof().title);
+  }
+
+  /** Shows the number of the body under the pointer, if any. */
+  point(body) {
+    if (body !== this.pointed) this.changed();
+    this.pointed = body;
   }
 
   selectNext(direction) {
@@ -344,10 +350,10 @@ export class Player {
     const looks = { ...held, hidden: this.hidden, around, selected: this.selected };
     view.pen.clearRect(0, 0, view.width, view.height);
     const places = this.placesOf(run);
-    const speed = (body) => Math.hypot(...run.motion.velocity(body, this.playback.moment));
+    const colours = coloursOf(bodies, there, (body) => Math.hypot(...run.motion.velocity(body, this.playback.moment)), held);
     if (held.arena) drawWalls(view, held.arena, theme.wall);
     if (structure) drawStructure(view, structure, run.done, places, looks, false);
-    this.drawImages(places, (seen) => drawBodies(view, bodies, { ...seen, speed }, there, theme, held, this.marks(run)));
+    this.drawImages(places, (seen) => drawBodies(view, bodies, seen, colours, theme, this.marks(run)));
     if (structure) drawStructure(view, structure, run.done, places, looks, true);
     const picked = structure && this.lens.shapeOf(at, structure, run.done);
     if (picked !== null) drawPicked(view, structure, picked, places, theme);

@@ -135,33 +135,32 @@ export class BodyTable {
   #events(run, body) {
     const lines = [];
     const group = body === null ? this.player.group : "all";
-    const isNew = (event, [first]) => this.player.sentences[0].of(event) !== this.player.sentences[0].of(first);
+    const told = (event) => ({ text: this.player.sentences[0].of(event), events: [event] });
     let event = seek(run.events, run.done, -1, group, body);
     for (let seen = 0; event >= 0 && seen < MOST_SEEN; event = seek(run.events, event, -1, group, body), seen += 1) {
-      if (!lines.length || isNew(event, lines[0])) {
-        if (lines.length === 3) break;
-        lines.unshift([]);
-      }
-      lines[0].unshift(event);
+      const line = told(event);
+      if (line.text === lines[0]?.text) lines[0].events.unshift(event);
+      else if (lines.length === 3) break;
+      else lines.unshift(line);
     }
     event = seek(run.events, run.done, 1, group, body);
+    const past = lines.length;
     for (let seen = 0; event >= 0 && seen < MOST_SEEN; event = seek(run.events, event + 1, 1, group, body), seen += 1) {
-      if (!seen || isNew(event, lines.at(-1))) {
-        if (lines.length === 8) break;
-        lines.push([]);
-      }
-      lines.at(-1).push(event);
+      const line = told(event);
+      if (lines.length > past && line.text === lines.at(-1).text) lines.at(-1).events.push(event);
+      else if (lines.length === 8) break;
+      else lines.push(line);
     }
     while (this.buttons.length < lines.length) this.#add();
     this.buttons.forEach(({ item, button }, at) => {
       item.hidden = at >= lines.length;
       if (item.hidden) return;
-      const [first, ...others] = lines[at];
+      const { text, events: [first, ...others] } = lines[at];
       const time = (of) => Number(timeOf(momentOfEvent(run.events, of), this.player.held.start, this.player.held.unit).toPrecision(4));
       button.event = first;
       const many = others.length ? `, ${others.length + 1} times until ${time(others.at(-1))}` : "";
-      button.textContent = `${time(first)}: ${this.player.sentences[0].of(first)}${many}`;
-      if (lines[at].includes(this.player.playback.current(run))) button.setAttribute("aria-current", "true");
+      button.textContent = `${time(first)}: ${text}${many}`;
+      if (lines[at].events.includes(this.player.playback.current(run))) button.setAttribute("aria-current", "true");
       else button.removeAttribute("aria-current");
     });
   }
