@@ -78,12 +78,17 @@ def pieces(game: Game, folder: Path) -> None:
 
 
 def step_by_step(game: Game, folder: Path) -> None:
-    """Each row of ``contacts`` is one event of ``steps``."""
+    """Each row of ``contacts`` is one event of ``steps``, which says what a function called with it hears."""
     scene = truth(game.names).recorded()
     sim = kt.Simulation(scene, "cells", live=game.by_hand)
     found = [event for event in sim.steps(LASTS) if event.kind in ("wall", "disc", "pass", "part")]
     assert rows_of(sim) == rows_of(truth(game.names))
     assert moments_of(found) == moments_of(sim)
+    told = list[kt.Event]()
+    again = kt.Simulation(scene, "naive", live=game.by_hand)
+    again.run(LASTS, on_contact=told.append, on_part=told.append)
+    assert told == found
+    assert all(event.normal for event in found if event.kind in ("wall", "disc"))
 
 
 def stop_at(game: Game, folder: Path) -> None:

@@ -298,6 +298,12 @@ STOPS = record(
     ("tick", "i8", PAST, CARRIED),  # at this tick
     ("a b", "i8", NUMBER, CARRIED),  # of these numbers
 )
+MEETING = record(
+    ("wanted", "i8", VALUE, KEPT),  # whether the loop writes the others
+    ("avx avy bvx bvy", "f8", VALUE, KEPT),  # of the last contact: the velocities before it
+    ("nx ny", "f8", VALUE, KEPT),  # and its normal; 0, 0 if no response needed one
+)
+
 NEXT_EVENT = record(("tick", "i8", TICK, DERIVED), ("kind a b", "i8", VALUE, DERIVED))
 """The next event: a kind as in entries, or a command's code; numbers of bodies, ``b`` or NOBODY."""
 
@@ -326,6 +332,7 @@ CLOCK = record(
     ("calendar", CALENDAR),
     ("jam", JAM),  # detects runs without progress
     ("stops", STOPS),  # at contacts that are watched
+    ("meeting", MEETING),  # for the impulse of a contact
     ("torus", TORUS),  # where axes are periodic (``kernel.images``)
     ("fault", FAULT_RECORD),  # the first one, of bodies a and b
     ("next", NEXT_EVENT),  # written when the loop stops before an event

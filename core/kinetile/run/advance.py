@@ -23,6 +23,7 @@ from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, PASSING_B
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
 from kinetile.run.engine.spans import FEWEST_SPANS, move_base, skip
+from kinetile.run.impact import impact_of
 from kinetile.run.interrupts import Interruptible, let_signals_through
 from kinetile.run.moment import Moment
 from kinetile.scene.checks import WALL_KIND as WALL_KIND
@@ -49,7 +50,9 @@ EventKind: TypeAlias = Literal[
 _COMMANDS = cast("dict[int, EventKind]", {each.code: each.event for each in COMMAND_KINDS})
 _CODES = {kind: code for code, kind in _COMMANDS.items()}
 _TAKES = {each.code for each in doing(Does.TAKES)}
-_WAITED_FOR = ("wall", "disc", "pass", "part")
+_SIDES = {side: wall for wall, side in WALLS.items()}
+_MEETINGS = ("wall", "disc", "pass")
+_WAITED_FOR = (*_MEETINGS, "part")
 """Kinds of events that a step returns from the log."""
 
 EVENT_KINDS: dict[int, EventKind] = {
@@ -96,6 +99,14 @@ class Event(NamedTuple):
         certificate: the body whose certificate fails at a structural event, else None.
         wall: "left", "right", "bottom" or "top" at a contact with a wall, else None.
         kinds: the kinds of ``bodies``, in their order; () without kinds in the scene.
+        normal: (nx, ny), of length 1, from the first body to the second, or into the wall.
+        closing_speed: the speed at which the two closed in along the normal, before the event.
+        impulse: (jx, jy), the momentum that the second body, or the wall, received from the first; (0, 0) if
+            they begin to pass, NaN for two immovable ones. Where a response takes momentum from both, as
+            ``stop`` does, the mean of what the second gained and the first lost.
+
+    The last three are None unless two bodies, or a body and a wall, have just met; the first two of them also
+    for a narrow phase without ``touch``.
     """
 
     time: float
@@ -106,6 +117,9 @@ class Event(NamedTuple):
     certificate: int | None = None
     wall: str | None = None
     kinds: tuple[Kind, ...] = ()
+    normal: tuple[float, float] | None = None
+    closing_speed: float | None = None
+    impulse: tuple[float, float] | None = None
 
 
 class Ended(NamedTuple):
@@ -135,7 +149,9 @@ def advance(engine: Engine, end: End, audit: int | None, after_chunk: Callable[[
     left: list[ContactRow] = []
     if end.ticks is not None and (ledger.records or end.ticks > MOST_UNITS * TICKS):
         _demand_feasible(engine, end, end.ticks)
-    if watching := engine.fields.stops.watching[0] and not engine.fields.stops.before[0]:
+    watching = engine.fields.stops.watching[0] and not engine.fields.stops.before[0]
+    engine.fields.meeting.wanted[0] = watching
+    if watching:
         engine.build()  # passings of the start begin
         stop, left = _first_watched(engine, ledger.pending_events or [])
         if stop is not None:
@@ -273,11 +289,14 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     still = _Stillness()
     pending_events = engine.ledger.pending_events
     assert pending_events is not None  # no run is under way
+    engine.fields.meeting.wanted[0] = True
+    has_met = False  # the first of these is a contact of this step
     while still.quiet < IDLE_SPANS - 1:
         let_signals_through()
         engine.build()
         if pending_events:
-            return _event_of_row(engine, pending_events.pop(0))
+            first = _event_of_row(engine, pending_events.pop(0))
+            return _with_impact(engine, first) if has_met else first
         until, quota, last = end.within(engine)
         head = _look(engine, until, quota)
         if head is not None:
@@ -290,6 +309,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
                 pending_events.insert(ended, (event.epoch, event.tick, event.bodies[0], _CODES[event.kind]))
             elif event is not None and event.kind not in _WAITED_FOR:
                 return event
+            has_met = event is not None and event.kind in _MEETINGS
         elif end.ticks is None and engine.next_command is None and engine.rests:
             return None
         else:
@@ -370,7 +390,7 @@ def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
     stops = engine.fields.stops
     if not stops.before[0]:
         first, *left = np.asarray(engine.k.met)[stops.row[0] : engine.ledger.latest].tolist()
-        return _event_of_row(engine, first), left
+        return _with_impact(engine, _event_of_row(engine, first)), left
     epoch, tick = divmod(engine.clock.total(stops.tick[0]), TICKS)
     return _event_of_row(engine, (epoch, tick, stops.a[0], stops.b[0])), []
 
@@ -399,6 +419,15 @@ def _is_watched(engine: Engine, a: int, b: int) -> bool:
     return any(each & ANY_BEGIN for each in flags) or (
         all(each & SOME for each in flags) and any({int(row.a), int(row.b)} == pair for row in k.watched)
     )
+
+
+def _with_impact(engine: Engine, event: Event) -> Event:
+    """Returns the last event with its normal, closing speed and impulse, if two have just met."""
+    if event.kind not in _MEETINGS:
+        return event
+    a, b = (int(engine.k.slots[body]) for body in (*event.bodies, *event.bodies)[:2])
+    b = b if event.wall is None else _SIDES[event.wall]
+    return event._replace(**impact_of(engine, a, b, event.kind == "pass")._asdict())
 
 
 def _event_of_row(engine: Engine, row: ContactRow) -> Event:

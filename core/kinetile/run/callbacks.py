@@ -36,7 +36,12 @@ class _Call(NamedTuple):
         """Returns an event with its bodies in the order of the key."""
         if all(name in (EVERY, kind) for name, kind in zip(self.named, event.kinds, strict=False)):
             return event
-        return event._replace(bodies=event.bodies[::-1], kinds=event.kinds[::-1])
+        seen = event._replace(bodies=event.bodies[::-1], kinds=event.kinds[::-1])
+        if event.normal is not None:
+            seen = seen._replace(normal=(-event.normal[0], -event.normal[1]))
+        if event.impulse is not None:
+            seen = seen._replace(impulse=(-event.impulse[0], -event.impulse[1]))
+        return seen
 
 
 @dataclass(frozen=True)

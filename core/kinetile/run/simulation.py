@@ -427,10 +427,11 @@ class Simulation(QueryableMoment):
 
     @property
     def next_event(self) -> Event | None:
-        """The event that ``step`` would run, as scheduled now; None if nothing is scheduled. It can change: a
-        body that flies for more than a thousand time units without an event is anchored again meanwhile, with
-        rounding; and if tables grow for an insertion, the new structure may have an event before it. Raises
-        BusyError during a chunk of a run: to look ahead, the loop computes the first contact."""
+        """The event that ``step`` would run, as scheduled now, without an impulse yet; None if nothing is
+        scheduled. It can change: a body that flies for more than a thousand time units without an event is
+        anchored again meanwhile, with rounding; and if tables grow for an insertion, the new structure may
+        have an event before it. Raises BusyError during a chunk of a run: to look ahead, the loop computes
+        the first contact."""
         with _Alone(self, "look ahead"):
             event = next_event(self._engine)
             if event is not None and event.kind == "wall" and event.wall is None:

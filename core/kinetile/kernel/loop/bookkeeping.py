@@ -52,6 +52,23 @@ def log(k: Kernel, tick: int, a: int, b: int) -> None:
 
 
 @hook
+def note_meeting(k: Kernel, a: int, b: int) -> None:
+    """Keeps the velocities of two bodies at their contact, or of a body at a wall, if they are wanted."""
+    meeting = k.clock[0].meeting
+    if meeting.wanted == 0:
+        return
+    one = k.bodies[a]
+    meeting.avx = one.vx
+    meeting.avy = one.vy
+    if b >= 0:
+        two = k.bodies[b]
+        meeting.bvx = two.vx
+        meeting.bvy = two.vy
+    meeting.nx = 0.0
+    meeting.ny = 0.0
+
+
+@hook
 def log_passing(k: Kernel, tick: int, a: int, b: int) -> None:
     """Logs that the bodies in two slots begin to pass through each other, the elder given first, or stop, the
     younger given first. No plan changes, so the long row holds no plan."""

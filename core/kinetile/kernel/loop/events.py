@@ -22,7 +22,7 @@ from kinetile.kernel.flight import since_origin
 from kinetile.kernel.images import anchor, come_together, next_to_anchor
 from kinetile.kernel.log import HELD, INSERTED, MOVED, OF_KIND, REANCHORED
 from kinetile.kernel.loop import BLOCKED, COMMAND_DUE, CROWDED, NO_REASON
-from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, stop_there
+from kinetile.kernel.loop.bookkeeping import count_contact, is_watched, log, note_meeting, stop_there
 from kinetile.kernel.loop.commands import (
     NO_BLOCKER,
     blocked_by,
@@ -192,6 +192,7 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     body = k.bodies[h]
     wall = reach_wall(k, body)[1]
     anchor(k, h, at)
+    note_meeting(k, h, wall)
     depth = answer_wall(k, h, wall, at) if RULES or ACCELERATIONS else bounce(k, body, wall)
     if FOREIGN and clock.fault.code != 0:
         return NO_TASK
@@ -258,6 +259,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     anchor(k, a, at)
     anchor(k, b, at)
     come_together(k, a, b, h)
+    note_meeting(k, a, b)
     depth = answer(k, a, b, at) if RULES or UNEQUAL else collide(k, a, b)
     if FOREIGN and clock.fault.code != 0:  # after the response they still close in
         return NO_REASON, NO_TASK, NOBODY, NOBODY
