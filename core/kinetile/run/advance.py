@@ -102,11 +102,12 @@ class Event(NamedTuple):
         normal: (nx, ny), of length 1, from the first body to the second, or into the wall.
         closing_speed: the speed at which the two closed in along the normal, before the event.
         impulse: (jx, jy), the momentum that the second body, or the wall, received from the first; (0, 0) if
-            they begin to pass, NaN for two immovable ones. Where a response takes momentum from both, as
-            ``stop`` does, the mean of what the second gained and the first lost.
+            they begin to pass, NaN if no mass is finite. It is computed from the lighter body, also if a
+            response takes momentum from both, as ``stop`` does (of equal masses: the mean).
 
-    The last three are None unless two bodies, or a body and a wall, have just met; the first two of them also
-    for a narrow phase without ``touch``.
+    The last three are None for other events and for events to come, and if two overlap where their passing
+    begins; ``normal`` and ``closing_speed`` also for a narrow phase without ``touch``. In functions of
+    ``on_contact`` bodies are in the order of the key, and the vectors follow.
     """
 
     time: float
@@ -291,7 +292,7 @@ def advance_one(engine: Engine, end: End) -> Event | None:
     assert pending_events is not None  # no run is under way
     engine.fields.meeting.wanted[0] = True
     has_met = False  # the first of these is a contact of this step
-    while still.quiet < IDLE_SPANS - 1:
+    while end.ticks is not None or still.quiet < IDLE_SPANS - 1:
         let_signals_through()
         engine.build()
         if pending_events:
@@ -427,7 +428,7 @@ def _with_impact(engine: Engine, event: Event) -> Event:
         return event
     a, b = (int(engine.k.slots[body]) for body in (*event.bodies, *event.bodies)[:2])
     b = b if event.wall is None else _SIDES[event.wall]
-    return event._replace(**impact_of(engine, a, b, event.kind == "pass")._asdict())
+    return Event(*event[:8], *impact_of(engine, a, b, event.kind == "pass"))
 
 
 def _event_of_row(engine: Engine, row: ContactRow) -> Event:

@@ -37,11 +37,11 @@ class _Call(NamedTuple):
         if all(name in (EVERY, kind) for name, kind in zip(self.named, event.kinds, strict=False)):
             return event
         seen = event._replace(bodies=event.bodies[::-1], kinds=event.kinds[::-1])
-        if event.normal is not None:
-            seen = seen._replace(normal=(-event.normal[0], -event.normal[1]))
-        if event.impulse is not None:
-            seen = seen._replace(impulse=(-event.impulse[0], -event.impulse[1]))
-        return seen
+        return seen._replace(normal=_turned(event.normal), impulse=_turned(event.impulse))
+
+
+def _turned(vector: tuple[float, float] | None) -> tuple[float, float] | None:
+    return None if vector is None else (0.0 - vector[0], 0.0 - vector[1])  # no -0.0
 
 
 @dataclass(frozen=True)

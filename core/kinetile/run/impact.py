@@ -5,12 +5,11 @@ contact of bodies that fall alike needs none: then the narrow phase computes the
 """
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinetile.kernel.compiled import python_of
 from kinetile.kernel.flight import plans_now
 from kinetile.kernel.plan import positions_after, velocities_after
 from kinetile.run.engine.engine import Engine
@@ -29,80 +28,88 @@ class Impact(NamedTuple):
 def impact_of(engine: Engine, a: int, b: int, passes: bool) -> Impact:
     """Returns what happened at the contact that was the engine's last event: of the bodies in two slots, a
     the elder, or of a body and a wall (b below 0); ``passes``: the two begin to pass each other."""
-    before, after = _velocities(engine, a, b, passes)
-    normal = _normal(engine, a, b, before, passes)
-    speed = None
-    if normal is not None:
-        (vx, vy), (wx, wy) = before
-        speed = (vx - wx) * normal[0] + (vy - wy) * normal[1]
+    if passes:
+        return _of_passing(engine, a, b)
+    k = engine.packed[0].plain
+    meeting, one, two = k.clock[0].meeting, k.bodies[a], k.bodies[b] if b >= 0 else None
+    before = [_vector(meeting.avx, meeting.avy), (0.0, 0.0)]
+    after = [_vector(one.vx, one.vy), (0.0, 0.0)]
+    if two is not None:
+        before[1], after[1] = _vector(meeting.bvx, meeting.bvy), _vector(two.vx, two.vy)
+    normal: Vector | None = _vector(meeting.nx, meeting.ny)
+    if normal == (0.0, 0.0):
+        bodies = [one] if two is None else [one, two]
+        _set_velocities(bodies, before)
+        try:
+            normal = _normal(engine, k, a, b)[0]
+        finally:
+            _set_velocities(bodies, after)
+    speed = None if normal is None else _closing(before, normal)
     return Impact(normal, speed, _impulse(engine, a, b, before, after))
 
 
-def _velocities(engine: Engine, a: int, b: int, passes: bool) -> tuple[list[Vector], list[Vector]]:
-    """Returns the velocities of both before the contact, and after it; a wall's are 0."""
-    k = engine.k
-    if passes:
-        flies = [(x, y) for x, y in velocities_after(*plans_now(k, np.array([a, b]))).tolist()]
-        return flies, flies
-    meeting, one = k.clock[0].meeting, k.bodies[a]
-    before = [(float(meeting.avx), float(meeting.avy)), (0.0, 0.0)]
-    after = [(float(one.vx), float(one.vy)), (0.0, 0.0)]
-    if b >= 0:
-        two = k.bodies[b]
-        before[1], after[1] = (float(meeting.bvx), float(meeting.bvy)), (float(two.vx), float(two.vy))
-    return before, after
+def _of_passing(engine: Engine, a: int, b: int) -> Impact:
+    """Returns the impact of two that begin to pass now; none if one was put into the other."""
+    k, slots = engine.k, np.array([a, b])
+    bodies: Any = k.bodies.view(np.ndarray)
+    torus: Any = k.clock.view(np.ndarray)["torus"]
+    kept, through, plans = bodies[slots], torus.copy(), plans_now(k, slots)
+    velocities = velocities_after(*plans)
+    try:
+        bodies["x"][slots], bodies["y"][slots] = positions_after(*plans).T
+        bodies["vx"][slots], bodies["vy"][slots] = velocities.T
+        bodies["anchor"][slots] = k.clock[0].now
+        if len(k.images):
+            right, up = _through(engine, a, b)
+            torus["right"], torus["up"] = right * torus["x"], up * torus["y"]
+        normal, depth = _normal(engine, k, a, b)
+    finally:
+        bodies[slots], torus[...] = kept, through
+    reach = float(kept["radius"].sum())
+    if normal is None or depth > k.clock[0].limits.tolerance + 1e-9 * reach:
+        return Impact()
+    return Impact(normal, _closing(velocities.tolist(), normal), (0.0, 0.0))
+
+
+def _vector(x: Any, y: Any) -> Vector:
+    return float(x) + 0.0, float(y) + 0.0  # no -0.0
+
+
+def _set_velocities(bodies: list[Any], velocities: list[Vector]) -> None:
+    for body, (vx, vy) in zip(bodies, velocities, strict=False):
+        body.vx, body.vy = vx, vy
+
+
+def _normal(engine: Engine, k: Any, a: int, b: int) -> tuple[Vector | None, float]:
+    """Returns the normal at a contact, if the narrow phase tells it, and the depth of the overlap."""
+    phase = engine.composition.pair if b >= 0 else engine.composition.wall
+    if phase is None or phase.touch is None:
+        return None, 0.0
+    nx, ny, depth = python_of(phase.touch)(k, a if b >= 0 else k.bodies[a], b)
+    return (_vector(nx, ny) if nx == nx else None), float(depth)
+
+
+def _closing(velocities: list[Vector], normal: Vector) -> float:
+    (vx, vy), (wx, wy) = velocities
+    return float((vx - wx) * normal[0] + (vy - wy) * normal[1]) + 0.0
 
 
 def _impulse(engine: Engine, a: int, b: int, before: list[Vector], after: list[Vector]) -> Vector:
-    """Returns the momentum that the second one has received from the first: the mean of what the second has
-    gained and the first has lost, or one of these if the other is immovable."""
+    """Returns the momentum that the second one has received from the first, by the change of the lighter one:
+    a heavier one's velocity hardly changes, and is rounded. Of two equals it is the mean, so that their order
+    does not matter where a response takes momentum from both."""
     if before == after:
         return 0.0, 0.0
-    mass = engine.k.mass
-    given = [
-        (sign * float(mass[slot]) * (wx - vx) + 0.0, sign * float(mass[slot]) * (wy - vy) + 0.0)  # no -0.0
-        for sign, slot, (vx, vy), (wx, wy) in zip((-1.0, 1.0), (a, b), before, after, strict=True)
-        if slot >= 0 and mass[slot] < math.inf
-    ]
-    if not given:
+    masses = float(engine.k.mass[a]), float(engine.k.mass[b]) if b >= 0 else math.inf
+    if (mass := min(masses)) == math.inf:
         return math.nan, math.nan
-    return 0.5 * (given[0][0] + given[-1][0]), 0.5 * (given[0][1] + given[-1][1])
-
-
-def _normal(engine: Engine, a: int, b: int, before: list[Vector], passes: bool) -> Vector | None:
-    k, composition = engine.k, engine.composition
-    meeting = k.clock[0].meeting
-    if not passes and (meeting.nx != 0.0 or meeting.ny != 0.0):
-        return float(meeting.nx), float(meeting.ny)
-    phase = composition.pair if b >= 0 else composition.wall
-    if phase is None or phase.touch is None:
-        return None
-    with _at_contact(engine, [a, b] if b >= 0 else [a], before, passes):
-        nx, ny, depth = phase.touch(k, a, b) if b >= 0 else phase.touch(k, k.bodies[a], b)
-    if passes and depth > k.clock[0].limits.tolerance + 1e-9 * (k.bodies[a].radius + k.bodies[b].radius):
-        return None  # one was put into the other by a command
-    return (float(nx), float(ny)) if nx == nx else None
-
-
-@contextmanager
-def _at_contact(engine: Engine, slots: list[int], before: list[Vector], passes: bool) -> Iterator[None]:
-    """Has the plans of bodies be those of their contact for a while, anchored there."""
-    k = engine.k
-    bodies: Any = k.bodies.view(np.ndarray)
-    torus: Any = k.clock.view(np.ndarray)["torus"]
-    kept, through = bodies[slots], torus.copy()
-    try:
-        if passes:
-            bodies["x"][slots], bodies["y"][slots] = positions_after(*plans_now(k, np.array(slots))).T
-            bodies["anchor"][slots] = k.clock[0].now
-            if len(k.images):
-                right, up = _through(engine, *slots)
-                torus["right"], torus["up"] = right * torus["x"], up * torus["y"]
-        for name, values in zip(("vx", "vy"), zip(*before, strict=True), strict=True):
-            bodies[name][slots] = values[: len(slots)]
-        yield
-    finally:
-        bodies[slots], torus[...] = kept, through
+    given = [
+        (sign * mass * (wx - vx), sign * mass * (wy - vy))
+        for sign, own, (vx, vy), (wx, wy) in zip((-1.0, 1.0), masses, before, after, strict=True)
+        if own == mass
+    ]
+    x, y = (sum(values) / len(given) for values in zip(*given, strict=True))
+    return x + 0.0, y + 0.0  # no -0.0
 
 
 def _through(engine: Engine, a: int, b: int) -> Vector:

@@ -43,6 +43,13 @@ def test_the_next_event_is_the_one_that_comes(scene):
             assert sim.exact_time == (event.epoch, event.tick) or event.kind == "structural"
 
 
+def test_steps_ended_before_their_time_in_a_scene_of_slow_bodies():
+    scene = kt.Scene([(1.0, 1.0), (2.5, 1.0)], [(1e-8, 0.0), (0.0, 0.0)], 0.5, arena=(4.0, 4.0))
+    sim = kt.Simulation(scene)
+    assert [event.kind for event in sim.steps(until=1e8)] == ["disc"]
+    assert sim.time == 1e8
+
+
 def on_top(**more) -> kt.Scene:
     """Returns a body that begins on a sensor, and is removed while a second one is inserted on it."""
     return kt.Scene(

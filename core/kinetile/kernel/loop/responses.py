@@ -229,8 +229,9 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
 @hook
 def _note_normal(k: Kernel, nx: float, ny: float) -> None:
     meeting = k.clock[0].meeting
-    meeting.nx = nx
-    meeting.ny = ny
+    if meeting.wanted != 0:
+        meeting.nx = nx
+        meeting.ny = ny
 
 
 @template
