@@ -301,7 +301,6 @@ STOPS = record(
 MEETING = record(
     ("wanted", "i8", VALUE, KEPT),  # whether the loop writes the others
     ("avx avy bvx bvy", "f8", VALUE, KEPT),  # of the last contact: the velocities before it
-    ("nx ny", "f8", VALUE, KEPT),  # and its normal; 0, 0 if no response needed one
 )
 
 NEXT_EVENT = record(("tick", "i8", TICK, DERIVED), ("kind a b", "i8", VALUE, DERIVED))

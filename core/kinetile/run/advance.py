@@ -103,7 +103,8 @@ class Event(NamedTuple):
         closing_speed: the speed at which the two closed in along the normal, before the event.
         impulse: (jx, jy), the momentum that the second body, or the wall, received from the first; (0, 0) if
             they begin to pass, NaN if no mass is finite. It is computed from the lighter body, also if a
-            response takes momentum from both, as ``stop`` does (of equal masses: the mean).
+            response takes momentum from both, as ``stop`` does (of equal masses: the mean). Bodies pressed
+            together have one at each hop, also with a closing speed of 0; what rests has no events.
 
     The last three are None for other events and for events to come, and if two overlap where their passing
     begins; ``normal`` and ``closing_speed`` also for a narrow phase without ``touch``. In functions of

@@ -1,7 +1,7 @@
 """What happened at a contact: its normal, the closing speed and the impulse.
 
-The loop keeps the velocities before its last contact, and the normal where a response needed one. An elastic
-contact of bodies that fall alike needs none: then the narrow phase computes the same one here, once more.
+The loop keeps the velocities before its last contact, for two instructions a contact. The normal it computes
+only for some responses: the narrow phase computes it here once more, from the plans as they were.
 """
 
 import math
@@ -36,14 +36,18 @@ def impact_of(engine: Engine, a: int, b: int, passes: bool) -> Impact:
     after = [_vector(one.vx, one.vy), (0.0, 0.0)]
     if two is not None:
         before[1], after[1] = _vector(meeting.bvx, meeting.bvy), _vector(two.vx, two.vy)
-    normal: Vector | None = _vector(meeting.nx, meeting.ny)
-    if normal == (0.0, 0.0):
-        bodies = [one] if two is None else [one, two]
+    bodies = [one] if two is None else [one, two]
+    resting = bodies if engine.scene.resting else []
+    pulls = [(body.ax, body.ay) for body in resting]
+    try:
         _set_velocities(bodies, before)
-        try:
-            normal = _normal(engine, k, a, b)[0]
-        finally:
-            _set_velocities(bodies, after)
+        for body in resting:  # what held it until then
+            body.ax, body.ay = body.was_x, body.was_y
+        normal = _normal(engine, k, a, b)[0]
+    finally:
+        _set_velocities(bodies, after)
+        for body, (ax, ay) in zip(resting, pulls, strict=True):
+            body.ax, body.ay = ax, ay
     speed = None if normal is None else _closing(before, normal)
     return Impact(normal, speed, _impulse(engine, a, b, before, after))
 

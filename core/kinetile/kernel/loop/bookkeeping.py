@@ -64,8 +64,6 @@ def note_meeting(k: Kernel, a: int, b: int) -> None:
         two = k.bodies[b]
         meeting.bvx = two.vx
         meeting.bvy = two.vy
-    meeting.nx = 0.0
-    meeting.ny = 0.0
 
 
 @hook

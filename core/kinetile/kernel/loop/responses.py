@@ -226,14 +226,6 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
         give(k, a, b, nx, ny, 0.5 * (speed - least))
 
 
-@hook
-def _note_normal(k: Kernel, nx: float, ny: float) -> None:
-    meeting = k.clock[0].meeting
-    if meeting.wanted != 0:
-        meeting.nx = nx
-        meeting.ny = ny
-
-
 @template
 def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     """Answers a contact of two bodies, both anchored at it, by their rule; returns their overlap."""
@@ -245,7 +237,6 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     nx = ny = depth = 0.0
     if UNEQUAL or not elastic:  # elastic contacts of bodies that fall alike need no ``touch``
         nx, ny, depth = touch(k, a, b)
-        _note_normal(k, nx, ny)
     if elastic:
         depth = collide(k, a, b)
     let_go(k, a)
@@ -272,7 +263,6 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     nx = ny = depth = 0.0
     if ACCELERATIONS or not elastic:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
-        _note_normal(k, nx, ny)
     if elastic:
         depth = bounce(k, k.bodies[a], wall)
     let_go(k, a)
