@@ -135,6 +135,21 @@ def draw_changing_game(seed: int) -> kt.Scene:
                 return kt.Simulation(game.replace(commands=commands), "naive").scene
 
 
+def draw_gripping_game(seed: int) -> kt.Scene:
+    """Returns a game of any sort so far whose restitutions grip, always the same for a seed."""
+    rng = random.Random(f"gripping game {seed}")
+    sorts = draw_game, draw_accelerated_game, draw_accelerated_game_of_shapes, draw_resting_game
+    while True:
+        game = sorts[seed % len(sorts)](rng.randrange(10**6))
+        rules = {
+            pair: kt.Response(each.name, **each.options, grip=rng.choice((0.25, 1.0, rng.random())))
+            for pair, each in game.responses
+            if each.name == "restitution"
+        }
+        if rules:
+            return game.replace(responses={**dict(game.responses), **rules})
+
+
 def draw_moving_game(seed: int) -> kt.Scene:
     """Returns a game of any other sort with bodies that are moved, always the same for a seed. Some are moved
     to a place without room: these end."""

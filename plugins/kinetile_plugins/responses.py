@@ -1,7 +1,7 @@
 """The built-in responses: the effect of a contact on the two bodies.
 
 ``elastic`` and ``pass`` are in the kernel, and only listed here. ``restitution`` gives back a share e of the
-closing speed of two bodies. With e < 1 three bodies on a line can have infinitely many contacts in a finite
+closing speed of two bodies, and its ``grip`` takes a share of their velocity along the face. With e < 1 three bodies on a line can have infinitely many contacts in a finite
 time (McNamara and Young 1992; Zhou and Kadanoff 1996), so it has the TC rule (Luding and McNamara, Granular
 Matter 1, 113, 1998): a contact within ``contact_time`` of the last one of either body loses no energy.
 ``stop`` brings both to rest, such as a projectile and its target.
@@ -38,11 +38,26 @@ def since_touched(k: Kernel, a: int, b: int) -> float:
     return float(since * k.clock[0].per_tick)
 
 
+@hook
+def take_along(k: Kernel, a: int, b: int, nx: float, ny: float, share: float) -> None:
+    """Takes a share of the relative velocity of two bodies across a unit normal, or of a body's along a wall."""
+    tx = -ny
+    ty = nx
+    if b >= 0:
+        exchange(k, a, b, tx, ty, 0.5 * share)
+    else:
+        one = k.bodies[a]
+        speed = share * (one.vx * tx + one.vy * ty)
+        one.vx -= speed * tx
+        one.vy -= speed * ty
+
+
 @unchecked
 @hook
 def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Reverses the closing speed, times the share ``rule.first``; the whole speed within ``rule.second``. Two
-    bodies that close at ``rule.third`` at most settle, if they may (rule 9r)."""
+    bodies that close at ``rule.third`` at most settle, if they may (rule 9r). Then takes the share
+    ``rule.fourth`` of their velocity along the face."""
     back = rule.first if since_touched(k, a, b) > rule.second else 1.0
     slow = rule.third
     one = k.bodies[a]
@@ -51,6 +66,8 @@ def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) ->
         if b >= 0:
             speed = closing_speed(one, k.bodies[b], nx, ny)
         if not speed < -slow and rest(k, a, b, nx, ny, slow):
+            if rule.fourth > 0.0:
+                take_along(k, a, b, nx, ny, rule.fourth)
             return
     if b < 0:
         speed = (1.0 + back) * (one.vx * nx + one.vy * ny)
@@ -58,6 +75,8 @@ def give_back(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) ->
         one.vy -= speed * ny
     else:
         exchange(k, a, b, nx, ny, 0.5 * (1.0 + back))
+    if rule.fourth > 0.0:
+        take_along(k, a, b, nx, ny, rule.fourth)
 
 
 class Restitution:
@@ -72,11 +91,13 @@ class Restitution:
         settle: a speed. A body of finite mass that meets a wall, or a face of an immovable body at rest, no
             faster than this, rests there or slides along it. For scenes with accelerations and an arena;
             without it no body comes to rest.
+        grip: the share, from 0 to 1, of the relative velocity along the face that is taken at each contact,
+            and when a body settles. With 1 a body is carried by what it stands on.
 
-    Raises BadOption for an invalid e, and for e < 1 without a contact_time above 0.
+    Raises BadOption for an invalid e or grip, and for e < 1 without a contact_time above 0.
     """
 
-    def __init__(self, e: float, contact_time: float | None = None, settle: float | None = None) -> None:
+    def __init__(self, e: float, contact_time: float | None = None, settle: float | None = None, grip: float = 0.0) -> None:
         wrong = []
         if not is_finite(e) or not 0.0 <= e <= 1.0:
             wrong.append(f"e is {e!r}; expected a number from 0 to 1 (for more: a response of your own)")
@@ -87,11 +108,13 @@ class Restitution:
             )
         if contact_time is not None and (not is_finite(contact_time) or contact_time < 0.0):
             wrong.append(f"contact_time is {contact_time!r}; expected a length of time")
+        if not is_finite(grip) or not 0.0 <= grip <= 1.0:
+            wrong.append(f"grip is {grip!r}; expected a number from 0 to 1")
         if settle is not None and (not is_finite(settle) or settle <= 0.0):
             wrong.append(f"settle is {settle!r}; expected a speed above 0")
         if wrong:
             raise BadOption("\n".join(f"restitution: {each}" for each in wrong))
-        self.numbers = (float(e), float(contact_time or 0.0), float(settle or 0.0))
+        self.numbers = (float(e), float(contact_time or 0.0), float(settle or 0.0), float(grip))
 
     def prepare(self, scene: Scene) -> ResponseParts:
         """Returns the parts; raises Refused for a contact_time that is longer than the kernel remembers, and

@@ -6,10 +6,10 @@
 
 import { anchor, largest, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
-import { exchange, speedAlong } from "./exchange.js";
+import { exchange, gripped, speedAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
-import { offWall, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
+import { along, offWall, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
 import { alongFace, difference, shapeGap, shapeNormal } from "./shapes.js";
 import { FAR } from "./signs.js";
@@ -122,7 +122,7 @@ export class Run {
       const slow = isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
         const least = leastAtWall(response, until, wall, this.q);
-        const off = offWall(plan, wall, response, this.share(response, body.last));
+        const off = along(offWall(plan, wall, response, this.share(response, body.last)), wall, response);
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
         const [vx, vy] = isHop ? offPressed(off, wall, least) : off;
         this.write(body, { ...plan, vx, vy });
@@ -226,6 +226,7 @@ export class Run {
     if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
       const k = this.share(response, C);
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
+      all = gripped({ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }, a.m, b.m, this.alike, normal, response);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
       const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.accelerated && this.scene.responses.some(({ w }) => w > 0));
       const isHop = least !== null && speedAlong(one, two, normal) < least;
@@ -263,7 +264,8 @@ export class Run {
   }
 
   /** Lets one of some bodies settle on a support, [body, support] each; returns true if one did (rule 9r); `held` has the supports until now, by body. */
-  settles(supports, held, { w }) {
+  settles(supports, held, response) {
+    const { w } = response;
     for (const [body, support] of supports) {
       const { plan, whole } = body;
       const before = held.get(body);
@@ -276,7 +278,14 @@ export class Run {
       if (rests === null) continue;
       body.held = [support];
       this.write(body, { ...plan, ...rests });
-      if (body.leaves === null || body.leaves > this.now) return true;
+      if (body.leaves === null || body.leaves > this.now) {
+        const n = support.m.map((each) => -each);
+        const [vx, vy] = support.face === null
+          ? along([rests.vx, rests.vy], support.number, response)
+          : gripped(rests, { vx: 0, vy: 0 }, body.m, Infinity, false, n, response);
+        this.write(body, { ...plan, ...rests, vx, vy });
+        return true;
+      }
       body.held = [];
       this.write(body, plan);
     }

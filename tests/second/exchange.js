@@ -34,6 +34,13 @@ export function exchange(a, b, ma, mb, alike, [nx, ny], speed = speedAlong(a, b,
   return [a.vx + ga * nx, a.vy + ga * ny, b.vx - gb * nx, b.vy - gb * ny];
 }
 
+/** The velocities [vxa, vya, vxb, vyb] of two bodies without the share g along the face (rule 9g). */
+export function gripped(a, b, ma, mb, alike, [nx, ny], { g = 0 }) {
+  if (!(g > 0)) return [a.vx, a.vy, b.vx, b.vy];
+  const t = [-ny, nx];
+  return exchange(a, b, ma, mb, alike, t, 0.5 * g * speedAlong(a, b, t));
+}
+
 function share(m, o, speed) {
   if (m === Infinity) return o === Infinity ? speed : 0;
   if (o === Infinity) return 2 * speed;

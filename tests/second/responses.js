@@ -12,7 +12,7 @@ export function readKind(kind, name) {
   return kind;
 }
 
-/** The rules of these tables: each {between, name}, and for restitution e, t, its contact time, and w, 0 by default. A rule without `between` is for all bodies and walls, but pass only for bodies. */
+/** The rules of these tables: each {between, name}, and for restitution e, t, its contact time, and w and g, 0 by default. A rule without `between` is for all bodies and walls, but pass only for bodies. */
 export function readResponses(tables) {
   return tables.flatMap((table, i) => {
     const at = `responses[${i}]`;
@@ -24,11 +24,13 @@ export function readResponses(tables) {
     const pairs = named.map((between) => between.map((kind) => readKind(kind, `${at}.between`)));
     if (name === "pass" && pairs[0].includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
     if (name !== "restitution") return pairs.map((between) => ({ between, name }));
-    keys(table.options ?? {}, ["e", "contact_time", "settle"], `${at}.options`);
-    const { e, contact_time, settle } = table.options ?? {};
+    keys(table.options ?? {}, ["e", "contact_time", "settle", "grip"], `${at}.options`);
+    const { e, contact_time, settle, grip } = table.options ?? {};
     const w = number(settle ?? 0, `${at}.options.settle`);
+    const g = number(grip ?? 0, `${at}.options.grip`);
+    if (!(g >= 0 && g <= 1)) throw new Error(`${at}.options.grip is ${g}, not from 0 to 1.`);
     if (!(e >= 0 && e <= 1)) throw new Error(`${at}.options.e is ${e}, not from 0 to 1.`);
-    const numbers = { e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w };
+    const numbers = { e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w, g };
     return pairs.map((between) => ({ between, name, ...numbers }));
   });
 }
@@ -72,6 +74,14 @@ export function offWall({ vx, vy }, wall, response, k) {
   if (response.name === "elastic") return [nx === 0 ? vx : -vx, ny === 0 ? vy : -vy];
   const w = (1 + k) * (vx * nx + vy * ny);
   return [vx - w * nx, vy - w * ny];
+}
+
+/** The velocity [vx, vy] without the share g along a wall (rule 9g). */
+export function along([vx, vy], wall, { g = 0 }) {
+  if (!(g > 0)) return [vx, vy];
+  const [nx, ny] = OUTWARD[wall];
+  const s = g * (vx * -ny + vy * nx);
+  return [vx - s * -ny, vy - s * nx];
 }
 
 /** The velocities [vxa, vya, vxb, vyb] of two bodies that stop. */

@@ -21,7 +21,7 @@ from kinetile_accuracy.specification.arithmetic import (
 from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_face
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
-_OPTIONS = {"e", "contact_time", "settle"}
+_OPTIONS = {"e", "contact_time", "settle", "grip"}
 LONG_AGO = -(1 << 62)
 LASTING = 2.0**38
 ROUNDED = 2.0**-44
@@ -126,6 +126,7 @@ class Answers:
         elif response.name != "pass":
             w = share * (vx * nx + vy * ny)
             vx, vy = vx - w * nx, vy - w * ny
+        vx, vy = self._gripped_at_wall(response, OUT[wall], (vx, vy))
         least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
         if least > 0.0 and -out < least:
             vx, vy = vx - (out + least) * nx, vy - (out + least) * ny
@@ -165,6 +166,7 @@ class Answers:
         else:
             speed = 0.5 * share * speed_along(along, velocities)
             velocities = exchanged_along(along, velocities, masses, speed)
+        velocities = self._gripped(response, along, velocities, masses)
         (ax, ay), (bx, by) = pulls
         pull, lasting, speed = (bx - ax, by - ay), self._lasting(response), speed_along(along, velocities)
         (vxa, vya), (vxb, vyb) = velocities
@@ -174,6 +176,35 @@ class Answers:
             velocities = exchanged_along(along, velocities, masses, 0.5 * (speed - least))
         self.touch(bodies, one.anchor)
         return velocities
+
+    def settled(self, body: int, support: Support, velocity: Vector) -> Vector:
+        """Returns the velocity of a body that settles with a velocity on a support (rule 9g)."""
+        response, (mx, my) = self.response(body, support.number), support.out
+        if support.number < 0:
+            return self._gripped_at_wall(response, (-mx, -my), velocity)
+        masses = self.masses[body], self.masses[support.number]
+        return self._gripped(response, (-mx, -my), (velocity, (0.0, 0.0)), masses)[0]
+
+    def _gripped(
+        self,
+        response: Any,
+        normal: Vector,
+        velocities: tuple[Vector, Vector],
+        masses: tuple[float, float] | None,
+    ) -> tuple[Vector, Vector]:
+        """Returns the velocities of two bodies without what a response takes of them along the face."""
+        grip, along = float(response.options.get("grip") or 0.0), (-normal[1], normal[0])
+        if not grip:
+            return velocities
+        return exchanged_along(along, velocities, masses, 0.5 * grip * speed_along(along, velocities))
+
+    def _gripped_at_wall(self, response: Any, out: Vector, velocity: Vector) -> Vector:
+        """Returns the same of a body at a wall."""
+        grip, (tx, ty) = float(response.options.get("grip") or 0.0), (-out[1], out[0])
+        if not grip:
+            return velocity
+        speed = grip * (velocity[0] * tx + velocity[1] * ty)
+        return velocity[0] - speed * tx, velocity[1] - speed * ty
 
     def _lasting(self, response: Any) -> float:
         """Returns the least duration of the flight after a contact (rule 11h)."""

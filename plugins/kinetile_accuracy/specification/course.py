@@ -373,6 +373,7 @@ class Course:
         if leaves is not None and leaves <= self.now:
             self.held[body] = ()
             return False
+        self._change(body, plan, self._answers.settled(body, support, velocity), pull)
         return True
 
     def _leaving(self, body: int) -> int | None:
