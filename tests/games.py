@@ -135,19 +135,28 @@ def draw_changing_game(seed: int) -> kt.Scene:
                 return kt.Simulation(game.replace(commands=commands), "naive").scene
 
 
-def draw_gripping_game(seed: int) -> kt.Scene:
-    """Returns a game of any sort so far whose restitutions grip, always the same for a seed."""
-    rng = random.Random(f"gripping game {seed}")
-    sorts = draw_game, draw_accelerated_game, draw_accelerated_game_of_shapes, draw_resting_game
+def draw_carrying_game(seed: int) -> kt.Scene:
+    """Returns a game of any sort so far whose restitutions grip, some of them on surfaces that move or from
+    one side only, and most of whose platforms are lifts; always the same for a seed."""
+    rng = random.Random(f"carrying game {seed}")
+    sorts = draw_resting_game, draw_game, draw_resting_game, draw_accelerated_game, draw_resting_game
+    sorts = (*sorts, draw_accelerated_game_of_shapes)
     while True:
         game = sorts[seed % len(sorts)](rng.randrange(10**6))
-        rules = {
-            pair: kt.Response(each.name, **each.options, grip=rng.choice((0.25, 1.0, rng.random())))
-            for pair, each in game.responses
-            if each.name == "restitution"
-        }
-        if rules:
-            return game.replace(responses={**dict(game.responses), **rules})
+        rules, lifts = dict(game.responses), game.velocity.copy()
+        for pair, each in game.responses:
+            if each.name == "restitution":
+                more: dict[str, Any] = {"grip": rng.choice((0.0, 0.25, 1.0, rng.random()))}
+                if more["grip"] and rng.random() < 0.4:
+                    more["surface"] = _pace(rng, rng.random() < 0.5)
+                if "wall" not in pair and rng.random() < 0.4:
+                    more["one_way"] = rng.choice(((0.0, 1.0), (0.0, 1.0), (0.5, -1.0), (1.0, 0.0)))
+                rules[pair] = kt.Response(each.name, **each.options, **more)
+        for body in np.flatnonzero(np.isinf(game.mass)).tolist() if game.accelerated else ():
+            if rng.random() < 0.6:
+                lifts[body] = rng.choice((-0.25, 0.0, 0.125, 0.5)), rng.choice((-0.5, 0.0, 0.0, 0.125, 0.5))
+        if rules != dict(game.responses):
+            return game.replace(responses=rules, velocity=lifts)
 
 
 def draw_moving_game(seed: int) -> kt.Scene:

@@ -99,7 +99,7 @@ class PowerCells(Observable):
 
     def prepare(self, scene: Scene) -> None:
         """Raises Refused in the open plane, and for bodies that are no discs or may overlap."""
-        passes = any(response.name == "pass" for _, response in scene.responses)
+        passes = any(response.passes for _, response in scene.responses)
         for found, what in (
             (scene.arena is None, "an arena: in the open plane cells have no end"),
             (bool(scene.shapes), "discs, and this scene has bodies of other shapes"),

@@ -484,7 +484,7 @@ def ledge(k: Kernel, body: int, support: int, mx: float, my: float, new: bool) -
             after = face + WIDE if face < row + FIRST_CORNER + (count - 1) * WIDE else row + FIRST_CORNER
             begin = nx * (dy - f[face + CY]) - ny * (dx - f[face + CX])
             end = nx * (dy - f[after + CY]) - ny * (dx - f[after + CX])
-            rate = sense * (nx * plan.vy - ny * plan.vx)
+            rate = sense * (nx * (plan.vy - other.vy) - ny * (plan.vx - other.vx))
             pull = sense * (nx * plan.ay - ny * plan.ax)
             strip = f[row + FLUSH]
             clock = k.clock[0]

@@ -6,10 +6,10 @@
 
 import { anchor, largest, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
-import { exchange, gripped, speedAlong } from "./exchange.js";
+import { exchange, gripped, speedAlong, takenAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
-import { along, offWall, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
+import { goThrough, mayPass, offWall, OUTWARD, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
 import { alongFace, difference, shapeGap, shapeNormal } from "./shapes.js";
 import { FAR } from "./signs.js";
@@ -25,6 +25,9 @@ const LEDGE = 0; // in place of a wall's number: a body leaves its support
 const SPAN = 1n << 61n;
 const BEAT = 1n << 53n;
 const HARDLY_ANY = 1n << 20n; // ticks
+
+const STILL = { vx: 0, vy: 0 };
+const isSame = (one, two) => one.vx === two.vx && one.vy === two.vy;
 
 /** A scene in progress: `events` runs all events; then `ended` is "end", or "no room" or "jam" if the answer ends before. */
 export class Run {
@@ -122,7 +125,8 @@ export class Run {
       const slow = isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
         const least = leastAtWall(response, until, wall, this.q);
-        const off = along(offWall(plan, wall, response, this.share(response, body.last)), wall, response);
+        const [ox, oy] = offWall(plan, wall, response, this.share(response, body.last));
+        const off = takenAlong({ vx: ox, vy: oy }, STILL, OUTWARD[wall], response);
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
         const [vx, vy] = isHop ? offPressed(off, wall, least) : off;
         this.write(body, { ...plan, vx, vy });
@@ -132,7 +136,7 @@ export class Run {
       yield this.told("wall", body.number, wall);
     } else if (kind === PART) {
       yield this.end(pair, passing);
-    } else if (pair.response.name === "pass") {
+    } else if (mayPass(pair.response) && goThrough(pair.response, pair.a, pair.b, this.normal(pair).normal)) {
       yield this.begin(pair, pair.met);
     } else {
       yield this.collide(pair);
@@ -171,7 +175,7 @@ export class Run {
   /** True if a body {x, y, and a body's fields} with a plan has room, beside all others or all but one. */
   hasRoom(command, plan, but = null) {
     const { arena, periods, responses } = this.scene;
-    const others = [...this.bodies.values()].filter((each) => each !== but && pairResponse(responses, each.kind, command.kind).name !== "pass");
+    const others = [...this.bodies.values()].filter((each) => each !== but && !mayPass(pairResponse(responses, each.kind, command.kind)));
     const there = others.map((other) => ({ ...other, plan: this.present(other) }));
     return hasRoom(command, wrap(plan, periods), there, arena, periods, this.shaped);
   }
@@ -201,7 +205,7 @@ export class Run {
   /** Gives a body another kind; returns true if it may have that now (rule 11k). */
   setKind(body, kind) {
     const responses = body.pairs.map(({ a, b }) => pairResponse(this.scene.responses, kind, (a === body ? b : a).kind));
-    if (body.pairs.some(({ passings }, i) => passings.length > 0 && responses[i].name !== "pass")) {
+    if (body.pairs.some(({ passings }, i) => passings.length > 0 && !mayPass(responses[i]))) {
       this.ended = "no room";
       return false;
     }
@@ -216,8 +220,7 @@ export class Run {
   collide(pair) {
     const { a, b, response, met } = pair;
     const [untilA, untilB, held] = [a.plan, b.plan, new Map([a, b].map((body) => [body, body.held]))];
-    const [nowA, nowB] = [this.present(a), this.present(b)];
-    const meeting = shapeNormal(nowA, nowB, this.away(nowA, nowB, met), pair.M, this.q);
+    const meeting = this.normal(pair);
     const [planA, planB] = [this.free(a), this.free(b)];
     const { normal } = meeting;
     const C = a.last > b.last ? a.last : b.last;
@@ -244,6 +247,12 @@ export class Run {
     return this.told("pair", a.number, b.number);
   }
 
+  /** The normal of two bodies that meet now, and its face (rules 9 and 9s). */
+  normal({ a, b, M, met }) {
+    const [nowA, nowB] = [this.present(a), this.present(b)];
+    return shapeNormal(nowA, nowB, this.away(nowA, nowB, met), M, this.q);
+  }
+
   /** The k of a response now, with C the tick of the last contact; null if bodies come to rest. */
   share(response, C) {
     return response.name === "stop" ? softened(this.now, C, this.q, this.accelerated) : returned(response, this.now, C, this.q);
@@ -268,21 +277,20 @@ export class Run {
     const { w } = response;
     for (const [body, support] of supports) {
       const { plan, whole } = body;
-      const before = held.get(body);
-      if (before.length === 1 && plan.vx * plan.vx + plan.vy * plan.vy <= w * w && isBetween(whole, before[0], support)) {
+      const [before, u] = [held.get(body), this.velocity(support)];
+      const rel = { vx: plan.vx - u.vx, vy: plan.vy - u.vy };
+      const isAlike = before.length === 1 && isSame(this.velocity(before[0]), u);
+      if (isAlike && rel.vx * rel.vx + rel.vy * rel.vy <= w * w && isBetween(whole, before[0], support)) {
         body.held = [...before, support];
-        this.write(body, { ...plan, vx: 0, vy: 0, ax: 0, ay: 0 });
+        this.write(body, { ...plan, ...u, ax: 0, ay: 0 });
         return true;
       }
-      const rests = onSupport(plan, whole, support, this.scene.periods);
+      const rests = onSupport(rel, u, whole, support, this.scene.periods);
       if (rests === null) continue;
       body.held = [support];
       this.write(body, { ...plan, ...rests });
       if (body.leaves === null || body.leaves > this.now) {
-        const n = support.m.map((each) => -each);
-        const [vx, vy] = support.face === null
-          ? along([rests.vx, rests.vy], support.number, response)
-          : gripped(rests, { vx: 0, vy: 0 }, body.m, Infinity, false, n, response);
+        const [vx, vy] = takenAlong(rests, u, support.m, response);
         this.write(body, { ...plan, ...rests, vx, vy });
         return true;
       }
@@ -290,6 +298,13 @@ export class Run {
       this.write(body, plan);
     }
     return false;
+  }
+
+  /** The velocity {vx, vy} of a support. */
+  velocity({ number, face }) {
+    if (face === null) return STILL;
+    const { vx, vy } = this.bodies.get(number).plan;
+    return { vx, vy };
   }
 
   /** The separation of two bodies that meet through the image (m, n), anchored: rule 9p. */
@@ -303,7 +318,7 @@ export class Run {
   /** Begins the passings of two bodies that may pass and overlap, at the start or at an insertion. */
   *beginOverlaps(pair) {
     const { a, b, response, M } = pair;
-    if (response.name !== "pass" || (this.shaped && a.m === Infinity && b.m === Infinity)) return; // rule 11s
+    if (!mayPass(response) || (this.shaped && a.m === Infinity && b.m === Infinity)) return; // rule 11s
     const [planA, planB] = [this.present(a), this.present(b)];
     const isIn = this.shaped && ((apart) => shapeGap(apart, M) < -(1e-12 * (a.r + b.r)));
     const images = overlaps({ r: a.r, plan: planA }, { r: b.r, plan: planB }, this.scene.periods, isIn);
@@ -367,7 +382,9 @@ export class Run {
     if (body.held.length !== 1 || body.held[0].face === null) return null;
     const [{ number, image, face }] = body.held;
     const { M, a, b } = body.pairs.find((pair) => pair.a.number === number || pair.b.number === number);
-    const { vx, vy, ax, ay } = body.plan;
+    const { ax, ay } = body.plan;
+    const u = this.velocity(body.held[0]);
+    const [vx, vy] = [body.plan.vx - u.vx, body.plan.vy - u.vy];
     const seen = body === b ? { vx, vy, ax, ay } : { vx: -vx, vy: -vy, ax: -ax, ay: -ay };
     const ticks = leaveEnds(alongFace(this.away(this.present(a), this.present(b), image), M, face, seen), M.strip, this.q);
     return ticks === null ? null : body.plan.A + ticks;
@@ -387,7 +404,7 @@ export class Run {
     if (this.shaped && a.m === Infinity && b.m === Infinity) return null; // rule 7s
     const holding = [...a.held.filter(({ number }) => number === b.number), ...b.held.filter(({ number }) => number === a.number)];
     const leftOut = [...passings, ...holding.map(({ image }) => image)]; // rules 11 and 5r
-    const touch = (course, { m, n }) => touchTick(course, M, justMet?.m === m && justMet.n === n, response.name === "pass" ? this.now : course.s);
+    const touch = (course, { m, n }) => touchTick(course, M, justMet?.m === m && justMet.n === n, mayPass(response) ? this.now : course.s);
     const image = { m: 0n, n: 0n };
     if (this.periodic) return imageTick(this.seen(pair, image), this.scene.periods, leftOut, touch);
     const tick = leftOut.length ? null : touch(this.seen(pair, image), image);

@@ -34,10 +34,20 @@ export function exchange(a, b, ma, mb, alike, [nx, ny], speed = speedAlong(a, b,
   return [a.vx + ga * nx, a.vy + ga * ny, b.vx - gb * nx, b.vy - gb * ny];
 }
 
-/** The velocities [vxa, vya, vxb, vyb] of two bodies without the share g along the face (rule 9g). */
-export function gripped(a, b, ma, mb, alike, [nx, ny], { g = 0 }) {
+/** The velocity [vx, vy] of a body without the share g of its velocity along a face that moves with (ux, uy) and its surface (rule 11). */
+export function takenAlong({ vx, vy }, { vx: ux, vy: uy }, [nx, ny], { g = 0, surface: [sx, sy] = [0, 0] }) {
+  if (!(g > 0)) return [vx, vy];
+  const s = g * ((vx - (ux + sx)) * -ny + (vy - (uy + sy)) * nx);
+  return [vx - s * -ny, vy - s * nx];
+}
+
+/** The velocities [vxa, vya, vxb, vyb] of two bodies without the share g along the face (rule 11). */
+export function gripped(a, b, ma, mb, alike, n, response) {
+  const { g = 0 } = response;
+  if (ma < Infinity && mb === Infinity) return [...takenAlong(a, b, n, response), b.vx, b.vy];
+  if (ma === Infinity && mb < Infinity) return [a.vx, a.vy, ...takenAlong(b, a, n, response)];
   if (!(g > 0)) return [a.vx, a.vy, b.vx, b.vy];
-  const t = [-ny, nx];
+  const t = [-n[1], n[0]];
   return exchange(a, b, ma, mb, alike, t, 0.5 * g * speedAlong(a, b, t));
 }
 

@@ -12,7 +12,7 @@ export function readKind(kind, name) {
   return kind;
 }
 
-/** The rules of these tables: each {between, name}, and for restitution e, t, its contact time, and w and g, 0 by default. A rule without `between` is for all bodies and walls, but pass only for bodies. */
+/** The rules of these tables: each {between, name}, and for restitution e, t, its contact time, and w, g, its surface and its one way, 0 or none by default. A rule without `between` is for all bodies and walls, but pass only for bodies. */
 export function readResponses(tables) {
   return tables.flatMap((table, i) => {
     const at = `responses[${i}]`;
@@ -22,16 +22,17 @@ export function readResponses(tables) {
     const forAll = name === "pass" ? [["*", "*"]] : [["*", "*"], ["*", "wall"]];
     const named = table.between === undefined ? forAll : [list(table.between, `${at}.between`)];
     const pairs = named.map((between) => between.map((kind) => readKind(kind, `${at}.between`)));
-    if (name === "pass" && pairs[0].includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
+    if ((name === "pass" || table.options?.one_way) && pairs[0].includes("wall")) throw new Error(`${at}: walls cannot be passed.`);
     if (name !== "restitution") return pairs.map((between) => ({ between, name }));
-    keys(table.options ?? {}, ["e", "contact_time", "settle", "grip"], `${at}.options`);
-    const { e, contact_time, settle, grip } = table.options ?? {};
+    keys(table.options ?? {}, ["e", "contact_time", "settle", "grip", "surface", "one_way"], `${at}.options`);
+    const { e, contact_time, settle, grip, surface, one_way } = table.options ?? {};
     const w = number(settle ?? 0, `${at}.options.settle`);
     const g = number(grip ?? 0, `${at}.options.grip`);
     if (!(g >= 0 && g <= 1)) throw new Error(`${at}.options.grip is ${g}, not from 0 to 1.`);
     if (!(e >= 0 && e <= 1)) throw new Error(`${at}.options.e is ${e}, not from 0 to 1.`);
-    const numbers = { e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w, g };
-    return pairs.map((between) => ({ between, name, ...numbers }));
+    const numbers = { e: number(e, `${at}.options.e`), t: number(contact_time ?? 0, `${at}.options.contact_time`), w, g, surface: (surface ?? [0, 0]).map((each) => number(each, `${at}.options.surface`)) };
+    const way = one_way?.map((each) => number(each, `${at}.options.one_way`)) ?? null;
+    return (way ? pairs.slice(0, 1) : pairs).map((between) => ({ between, name, way, ...numbers }));
   });
 }
 
@@ -46,6 +47,18 @@ export function lowestKind(rules) {
 /** The response for two kinds. */
 export function pairResponse(rules, one, two) {
   return said(rules, one, two) ?? said(rules, one, "*") ?? said(rules, two, "*") ?? said(rules, "*", "*") ?? ELASTIC;
+}
+
+/** True if two with a response may pass (rules 11 and 11w). */
+export function mayPass({ name, way = null }) {
+  return name === "pass" || way !== null;
+}
+
+/** True if two that may pass do so when they meet with this normal from a to b (rule 11w). */
+export function goThrough({ way = null }, a, b, [nx, ny]) {
+  if (way === null || (a.m === Infinity) === (b.m === Infinity)) return true;
+  const side = nx * way[0] + ny * way[1];
+  return !(a.m === Infinity ? side > 0 : side < 0);
 }
 
 /** The response for a kind and the walls. */
@@ -74,14 +87,6 @@ export function offWall({ vx, vy }, wall, response, k) {
   if (response.name === "elastic") return [nx === 0 ? vx : -vx, ny === 0 ? vy : -vy];
   const w = (1 + k) * (vx * nx + vy * ny);
   return [vx - w * nx, vy - w * ny];
-}
-
-/** The velocity [vx, vy] without the share g along a wall (rule 9g). */
-export function along([vx, vy], wall, { g = 0 }) {
-  if (!(g > 0)) return [vx, vy];
-  const [nx, ny] = OUTWARD[wall];
-  const s = g * (vx * -ny + vy * nx);
-  return [vx - s * -ny, vy - s * nx];
 }
 
 /** The velocities [vxa, vya, vxb, vyb] of two bodies that stop. */

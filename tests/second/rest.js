@@ -17,10 +17,9 @@ export function wallSupport(body, number) {
 }
 
 export function pairSupports(a, b, { normal, face }, image) {
-  const isFixed = ({ m, plan }) => m === Infinity && plan.vx === 0 && plan.vy === 0;
   const reversed = normal.map((each) => -each);
   const both = [[a, { number: b.number, m: reversed, image, face }, b], [b, { number: a.number, m: normal, image, face }, a]];
-  return both.filter(([body, , f]) => face !== null && isFixed(f) && body.m < Infinity);
+  return both.filter(([body, , f]) => face !== null && f.m === Infinity && body.m < Infinity);
 }
 
 /** True if two bodies meet so slowly that rule 9r replaces a restitution. */
@@ -32,12 +31,12 @@ export function wallSpeed({ vx, vy }, wall) {
   return -part([vx, vy], OUTWARD[wall]);
 }
 
-/** The velocity and the present acceleration {vx, vy, ax, ay} that a support gives a body, or null if the body may not settle on it. */
-export function onSupport({ vx, vy }, whole, { m }, periods) {
+/** The velocity and the present acceleration {vx, vy, ax, ay} that a support with a velocity gives a body with this relative velocity, or null if the body may not settle on it. */
+export function onSupport({ vx, vy }, u, whole, { m }, periods) {
   const [x, y] = across([vx, vy], m);
   const [ax, ay] = across(whole, m);
   const isAlongPeriod = [ax, ay].some((each, axis) => each !== 0 && periods[axis] !== null);
-  return part(whole, m) < 0 && !isAlongPeriod ? { vx: x, vy: y, ax, ay } : null;
+  return part(whole, m) < 0 && !isAlongPeriod ? { vx: u.vx + x, vy: u.vy + y, ax, ay } : null;
 }
 
 /** True if two supports hold a body between them. */

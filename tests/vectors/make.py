@@ -226,12 +226,12 @@ def _events(scene: kt.Scene) -> Iterator[tuple[str, CourseEvent]]:
     end, most = _end_of(scene)
     course = Course(scene, None if most is None else (end, most))
     while (event := course.next(end)) is not None:
+        course.carry_out()
         kind = _OTHERS.get(event.b, "wall")
         if event.b >= 0:
             passing = "begin" if event.a < event.b else "end"
-            kind = "pair" if course.changes_plans(event) else passing
+            kind = "pair" if course.has_changed_plans(event) else passing
         yield kind, event
-        course.carry_out()
     for each in scene.commands:
         event = CourseEvent(course.now, each.body, EVENTS[type(each)])
         if course.is_planned(event) and (course.now, each.at[2] if each.at else 0) <= (end, most or 0):

@@ -140,6 +140,29 @@ def anchor(k: Kernel, body: int, tick: int) -> None:
 
 
 @hook
+def plan_of(k: Kernel, body: int) -> tuple[float, float, float, float, int, int, int, int, int]:
+    """Returns a body's plan with its periods and its last image, for ``restore_plan``."""
+    plan = k.bodies[body]
+    kx = ky = m = n = 0
+    if len(k.images) > 0:
+        image = k.images[body]
+        kx, ky, m, n = image.kx, image.ky, image.last_m, image.last_n
+    return plan.x, plan.y, plan.vx, plan.vy, plan.anchor, kx, ky, m, n
+
+
+@hook
+def restore_plan(
+    k: Kernel, body: int, kept: tuple[float, float, float, float, int, int, int, int, int]
+) -> None:
+    """Gives a body a former plan again, after it was anchored to be looked at."""
+    plan = k.bodies[body]
+    plan.x, plan.y, plan.vx, plan.vy, plan.anchor, kx, ky, m, n = kept
+    if len(k.images) > 0:
+        image = k.images[body]
+        image.kx, image.ky, image.last_m, image.last_n = kx, ky, m, n
+
+
+@hook
 def discs_overlap(k: Kernel, early: int, late: int, dx: float, dy: float) -> float:
     """Returns the depth of the overlap of two discs at this distance."""
     return float(k.bodies[early].radius + k.bodies[late].radius - math.sqrt(dx * dx + dy * dy))

@@ -6,7 +6,7 @@ other through several images at a time (docs/specification.md, rules 11 and 11p)
 
 from kinetile.kernel.compiled import hook
 from kinetile.kernel.pairs import follower
-from kinetile.kernel.tables import Kernel
+from kinetile.kernel.tables import Kernel, Records
 
 IS_ELASTIC, IS_PASS, FIRST = range(3)
 """Responses, as rows of ``k.rules`` name them; hooks of responses are numbered from ``FIRST`` on."""
@@ -29,9 +29,15 @@ def rule_of(k: Kernel, a: int, b: int) -> int:
 
 
 @hook
+def lets_pass(rule: Records) -> bool:
+    """Returns True if two bodies with a rule pass through each other: always, or met from one side."""
+    return bool(rule.response == IS_PASS or rule.way_x != 0.0 or rule.way_y != 0.0)
+
+
+@hook
 def passes(k: Kernel, a: int, b: int) -> bool:
-    """Returns True if two bodies pass through each other. Before: the scene has rules."""
-    return bool(k.rules[rule_of(k, a, b)].response == IS_PASS)
+    """Returns True if two bodies may pass through each other. Before: the scene has rules."""
+    return lets_pass(k.rules[rule_of(k, a, b)])
 
 
 @hook

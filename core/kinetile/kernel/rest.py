@@ -59,20 +59,35 @@ def without(ax: float, ay: float, mx: float, my: float) -> tuple[float, float]:
 
 
 @hook
-def _settles(plan: Records, support: int, mx: float, my: float, slow: float) -> bool:
+def support_velocity(k: Kernel, support: int) -> tuple[float, float]:
+    """Returns the velocity of an immovable body, or of a wall (below 0), which has none."""
+    if support < 0:
+        return 0.0, 0.0
+    return k.bodies[support].vx, k.bodies[support].vy
+
+
+@hook
+def _settles(plan: Records, k: Kernel, support: int, mx: float, my: float, slow: float) -> bool:
     dx, dy = without(plan.ax, plan.ay, mx, my)
-    is_slow = plan.vx * plan.vx + plan.vy * plan.vy <= slow * slow
-    if plan.may != NOT and plan.supports == 1 and is_slow:
+    ux, uy = support_velocity(k, support)
+    vx = plan.vx - ux
+    vy = plan.vy - uy
+    if plan.may != NOT and plan.supports == 1 and vx * vx + vy * vy <= slow * slow:
+        alike = support_velocity(k, plan.support) == (ux, uy)
         cx, cy = without(plan.ax, plan.ay, plan.side_x, plan.side_y)
-        if cx * mx + cy * my < 0.0 and dx * plan.side_x + dy * plan.side_y < 0.0:
-            plan.vx = plan.vy = plan.ax = plan.ay = 0.0
+        if alike and cx * mx + cy * my < 0.0 and dx * plan.side_x + dy * plan.side_y < 0.0:
+            plan.vx = ux
+            plan.vy = uy
+            plan.ax = plan.ay = 0.0
             plan.second = support
             plan.holds = 2
             plan.ledge = NEVER
             return True
     if plan.may != ALONE:
         return False
-    plan.vx, plan.vy = without(plan.vx, plan.vy, mx, my)
+    vx, vy = without(vx, vy, mx, my)
+    plan.vx = ux + vx
+    plan.vy = uy + vy
     plan.ax = dx
     plan.ay = dy
     plan.support = support
@@ -84,7 +99,7 @@ def _settles(plan: Records, support: int, mx: float, my: float, slow: float) -> 
 
 @with_field("whole_x", _settles)
 @hook
-def settles(plan: Records, support: int, mx: float, my: float, slow: float) -> bool:
+def settles(plan: Records, k: Kernel, support: int, mx: float, my: float, slow: float) -> bool:
     """Makes a body settle on a support, given the normal from it, if it may; returns True if it has."""
     return False
 
@@ -94,14 +109,15 @@ def rest(k: Kernel, a: int, b: int, nx: float, ny: float, slow: float) -> bool:
     """Makes a body settle on the other one, of two bodies, or of a body and a wall (b below 0), in a
     response; returns True if it has. The normal is from a to b, or into the wall.
 
-    A body of finite mass rests on a wall, or on the face of a body of infinite mass without velocity: it
-    keeps the velocity along the face, and is accelerated along it alone, until it is freed (rule 9h). A body
-    that is no faster than ``slow`` may be held by two. Scenes whose responses have an option ``settle`` have
-    supports; in others nothing settles. Before: the two do not close in by more than ``slow``.
+    A body of finite mass rests on a wall, or on the face of a body of infinite mass, and moves with it: it
+    keeps the relative velocity along the face, and is accelerated along it alone, until it is freed (rule
+    9h). A body that is no faster than ``slow``, relative to them, may be held by two. Scenes whose responses
+    have an option ``settle`` have supports; in others nothing settles. Before: the two do not close in by
+    more than ``slow``.
     """
     if b >= 0 and k.mass[a] == math.inf:
-        return bool(settles(k.bodies[b], a, nx, ny, slow))
-    return bool(settles(k.bodies[a], b, -nx, -ny, slow))
+        return bool(settles(k.bodies[b], k, a, nx, ny, slow))
+    return bool(settles(k.bodies[a], k, b, -nx, -ny, slow))
 
 
 @hook

@@ -206,7 +206,8 @@ TRAIT = record(
 )
 RULE = record(
     ("response", "i8", VALUE, DERIVED),  # ELASTIC, PASS, or the number of a composed hook
-    ("first second third fourth", "f8", VALUE, DERIVED),  # the response's own numbers
+    ("first second third fourth fifth sixth", "f8", VALUE, DERIVED),  # the response's own numbers
+    ("way_x way_y", "f8", VALUE, DERIVED),  # the side from which a body is met that others pass; or 0, 0
     ("contact_time", "f8", VALUE, DERIVED),  # the time between contacts of pressed bodies; 0: the default
     align=False,
 )

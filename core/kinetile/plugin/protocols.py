@@ -268,13 +268,14 @@ class ResponseParts:
     ``elastic`` and ``pass``: the narrow phases respond, or nothing does.
 
     If a response of the scene has an option ``settle``, bodies may rest (rules 9r to 9h): ``toolbox.rest``
-    lets a body settle on the body or wall that it meets.
+    lets a body settle on the body or wall that it meets. With an option ``one_way``, two numbers, ``respond``
+    is called for a movable body that meets an immovable one from there, and others pass (rule 11w).
 
     ``contact_time``: about the shortest flight of accelerated bodies after a contact at which they are
     pressed together (rule 11h), in the scene's time; 0: 2^-14 units of its clock.
 
-    ``numbers`` are up to four numbers of the response, found in ``rule.first``, ``second``, ``third`` and
-    ``fourth``: other numbers need no other machine code.
+    ``numbers`` are up to six numbers of the response, found in ``rule.first``, ``second``, ``third``,
+    ``fourth``, ``fifth`` and ``sixth``: other numbers need no other machine code.
 
     ``beside`` are the hooks of other responses that are compiled into the same loop, if there is room, so
     that a scene with these responses needs no other machine code either.
@@ -343,9 +344,9 @@ def _mistakes(parts: Parts) -> Iterator[str]:
         yield from _broad_mistakes(parts)
     if isinstance(parts, ResponseParts):
         numbers: Any = parts.numbers
-        fine = isinstance(numbers, tuple) and len(numbers) <= 4
+        fine = isinstance(numbers, tuple) and len(numbers) <= 6
         if not fine or not all(isinstance(n, int | float) and math.isfinite(n) for n in numbers):
-            yield f"numbers is {_shown(numbers)}; expected a tuple of up to four finite numbers"
+            yield f"numbers is {_shown(numbers)}; expected a tuple of up to six finite numbers"
         lasting: Any = parts.contact_time
         if not isinstance(lasting, int | float) or not 0.0 <= lasting < math.inf:
             yield f"contact_time is {_shown(lasting)}; expected a length of time"

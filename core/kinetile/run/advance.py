@@ -7,7 +7,7 @@ in the present span or a later one, and between two spans the clock's base moves
 import logging
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple, TypeAlias, cast
+from typing import Any, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from kinetile.kernel.images import BEAT
 from kinetile.kernel.log import REANCHORED, WALLS
 from kinetile.kernel.loop import COMMAND_DUE, CONTACTS_REACHED, TIME_REACHED, WATCHED
 from kinetile.kernel.loop.bookkeeping import ANY_BEGIN, ENDS, SOME, flag_of
-from kinetile.kernel.passings import passes, row_of
+from kinetile.kernel.passings import row_of
 from kinetile.kernel.tables import JAMS, NEVER, NOBODY, PAIR, PARTING, PASSING_BEGINS, STRUCTURAL, WALL
 from kinetile.run.engine.engine import MOST_UNITS, UNLIMITED, Engine
 from kinetile.run.engine.ledger import ContactRow
@@ -443,6 +443,14 @@ def _event_of_row(engine: Engine, row: ContactRow) -> Event:
         return Event(*when, "part", (b, a))
     one, other = int(k.slots[a]), int(k.slots[b])
     meets = not engine.composition.passing or (
-        one >= 0 and other >= 0 and not python_of(passes)(k, one, other)
+        one >= 0 and other >= 0 and not _has_begun(k, one, other, engine.clock.relative(epoch * TICKS + tick))
     )  # only passings wait until a body is removed
     return Event(*when, "disc" if meets else "pass", (a, b))
+
+
+def _has_begun(k: Any, one: int, other: int, tick: int) -> bool:
+    """Returns True if a passing of two bodies has begun at a tick of the kernel."""
+    pairs = k.passings.view(np.ndarray)
+    of_both = np.minimum(pairs["a"], pairs["b"]) == min(one, other)
+    of_both &= np.maximum(pairs["a"], pairs["b"]) == max(one, other)
+    return bool((of_both & (pairs["begun"] == tick)).any())

@@ -18,12 +18,12 @@ import numpy.typing as npt
 from kinetile.arrays import Integers
 from kinetile.errors import AuditError, KinetileError, UnawaitedContactError
 from kinetile.kernel.chords import as_seen
-from kinetile.kernel.compiled import compose, disowned, smaller, to_be_filled_in
+from kinetile.kernel.compiled import compose, disowned, python_of, smaller, to_be_filled_in
 from kinetile.kernel.features import PAIRS, PASSINGS, PERIODIC, RESTING, UNEQUAL, WALLED
 from kinetile.kernel.flight import positions_now
 from kinetile.kernel.loop.calendar import SOON, rank
 from kinetile.kernel.loop.predictions import meeting
-from kinetile.kernel.passings import IS_PASS, is_passing
+from kinetile.kernel.passings import is_passing, lets_pass
 from kinetile.kernel.plan import Plan, positions_after, velocities_after
 from kinetile.kernel.skin import box_gaps, reaches_of
 from kinetile.kernel.tables import (
@@ -256,7 +256,7 @@ def _overlapping(
     """Two bodies that overlap by more than rounding, through an image, and may pass, pass through it; for
     shapes ``between`` computes the overlap."""
     kinds, kind, radius, number = k.clock[0].kinds, k.traits.kind, k.bodies.radius, k.queue.number
-    passes = k.rules.response == IS_PASS
+    passes = np.array([bool(python_of(lets_pass)(rule)) for rule in k.rules])
     periods = np.array([k.clock[0].torus.x, k.clock[0].torus.y])
     turns = np.column_stack([k.images.kx, k.images.ky]) if len(k.images) else np.zeros((len(place), 2), "i8")
     steps = np.array(list(product(*(range(-1, 2) if period else range(1) for period in periods))))

@@ -21,7 +21,6 @@ from kinetile.kernel.loop.checked import checked, dissipating, refusing_approach
 from kinetile.kernel.loop.commands import find_blockers, run_one_command
 from kinetile.kernel.loop.loop import advance
 from kinetile.kernel.loop.responses import MOST_RESPONSES
-from kinetile.kernel.passings import IS_PASS as PASSES
 from kinetile.kernel.plan import LEAST_SPAN, shortest
 from kinetile.kernel.skin import too_thick
 from kinetile.kernel.tables import RULE, Kernel, Records, record_table
@@ -124,7 +123,8 @@ def read_rules(
         for name, number in zip(RULE.names[1:], each.numbers, strict=False):  # type: ignore[index]
             row[name] = number
         row.contact_time = each.contact_time
-    passing = bool((rows.response == PASSES).any())
+        row.way_x, row.way_y = response.one_way
+    passing = any(response.passes for response in meets)
     if passing and broad[1].solid:
         raise _BroadPhaseRefuses(
             f"{broad[0]} is right only while bodies cannot pass through each other, and this scene has kinds "

@@ -26,6 +26,7 @@ from kinetile.scene.checks import (
     WALL_KIND,
     as_kind,
     check_name,
+    is_finite,
     is_kind,
     option_mistakes,
     plain,
@@ -53,13 +54,21 @@ class Response:
         self.options: Mapping[str, Any] = plain(options)
 
     @property
+    def one_way(self) -> tuple[float, float]:
+        """The option ``one_way``: the direction from which alone an immovable body is met; or (0, 0)."""
+        way: Any = self.options.get("one_way")
+        fits = isinstance(way, list) and len(way) == 2 and all(map(is_finite, way))
+        return (float(way[0]), float(way[1])) if fits else (0.0, 0.0)
+
+    @property
     def passes(self) -> bool:
-        """True if bodies with it pass through each other; False for a name that is not text."""
-        return isinstance(self.name, str) and self.name == PASS
+        """True if bodies with it may pass through each other: always, or ``one_way``; a name that is not text
+        passes nothing."""
+        return any(self.one_way) or (isinstance(self.name, str) and self.name == PASS)
 
     @property
     def for_all(self) -> "dict[Pair, Response]":
-        """The rules of one response for a whole scene: all bodies, and walls unless it is ``pass``."""
+        """The rules of one response for a whole scene: all bodies, and walls unless it may pass."""
         return dict.fromkeys([(ANY_KIND, ANY_KIND), (ANY_KIND, WALL_KIND)][: 1 if self.passes else 2], self)
 
     def __eq__(self, other: object) -> bool:
@@ -287,7 +296,7 @@ def _read_responses(
         if not isinstance(response, Response):
             mistakes.append(Mistake(where, shown(what), _WANTED))
         elif response.passes and WALL_KIND in pair:
-            mistakes.append(Mistake(where, "pass", "another response: walls cannot be passed"))
+            mistakes.append(Mistake(where, str(response), "another response: walls cannot be passed"))
         else:
             mistakes += _unusable(where, response)
             ordered = _ordered(as_kind(pair[0]), as_kind(pair[1]))

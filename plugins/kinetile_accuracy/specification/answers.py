@@ -21,7 +21,7 @@ from kinetile_accuracy.specification.arithmetic import (
 from kinetile_accuracy.specification.shapes import Difference, Face, normal_and_face
 
 _KNOWN = ("elastic", "pass", "restitution", "stop")
-_OPTIONS = {"e", "contact_time", "settle", "grip"}
+_OPTIONS = {"e", "contact_time", "settle", "grip", "surface", "one_way"}
 LONG_AGO = -(1 << 62)
 LASTING = 2.0**38
 ROUNDED = 2.0**-44
@@ -71,7 +71,7 @@ class Answers:
             raise Refused(
                 f"the specification has no option {', '.join(odd)} of a response, and this scene has"
             )
-        self.passing = "pass" in used
+        self.passing = any(response.passes for row in self._meets for response in row)
         first = scene.kind_numbers[0] if len(scene) else 0
         self._kinds = scene.kind_numbers.tolist() + [int(first)] * (count - len(scene))
         self.masses = scene.mass.tolist() + [1.0] * (count - len(scene))
@@ -90,16 +90,22 @@ class Answers:
         return self._meets[self._kinds[a]][self._kinds[b] if b >= 0 else -1]
 
     def passes(self, a: int, b: int) -> bool:
-        """Returns True if two bodies pass through each other, or a body through a wall (b below 0)."""
-        return bool(self.response(a, b).name == "pass")
+        """Returns True if two bodies may pass through each other, or a body through a wall (b below 0)."""
+        return bool(self.response(a, b).passes)
+
+    def meets(self, a: int, b: int, out: Vector) -> bool:
+        """Returns True if two bodies that may pass, with the normal from a to b, meet (rule 11w)."""
+        still = [math.isinf(self.masses[body]) for body in (a, b)]
+        side = part(self.response(a, b).one_way, out)
+        return still[0] != still[1] and (side > 0.0 if still[0] else side < 0.0)
 
     def set_kind(self, body: int, kind: str | int) -> None:
         """Gives a body another kind (rule 11k)."""
         self._kinds[body] = self._named.index(kind)
 
     def passes_as(self, kind: str | int, body: int) -> bool:
-        """Returns True if a body of a kind would pass through a body."""
-        return bool(self._meets[self._named.index(kind)][self._kinds[body]].name == "pass")
+        """Returns True if a body of a kind might pass through a body."""
+        return bool(self._meets[self._named.index(kind)][self._kinds[body]].passes)
 
     def settle(self, a: int, b: int) -> float:
         """Returns the w of rule 9r of two bodies, or of a body and a wall (b below 0); 0 without one."""
@@ -126,7 +132,7 @@ class Answers:
         elif response.name != "pass":
             w = share * (vx * nx + vy * ny)
             vx, vy = vx - w * nx, vy - w * ny
-        vx, vy = self._gripped_at_wall(response, OUT[wall], (vx, vy))
+        vx, vy = self._gripped_by(response, OUT[wall], (vx, vy))
         least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
         if least > 0.0 and -out < least:
             vx, vy = vx - (out + least) * nx, vy - (out + least) * ny
@@ -177,13 +183,9 @@ class Answers:
         self.touch(bodies, one.anchor)
         return velocities
 
-    def settled(self, body: int, support: Support, velocity: Vector) -> Vector:
-        """Returns the velocity of a body that settles with a velocity on a support (rule 9g)."""
-        response, (mx, my) = self.response(body, support.number), support.out
-        if support.number < 0:
-            return self._gripped_at_wall(response, (-mx, -my), velocity)
-        masses = self.masses[body], self.masses[support.number]
-        return self._gripped(response, (-mx, -my), (velocity, (0.0, 0.0)), masses)[0]
+    def settled(self, body: int, support: Support, velocity: Vector, its: Vector) -> Vector:
+        """Returns the velocity of a body that settles with a velocity on a support, which has its own."""
+        return self._gripped_by(self.response(body, support.number), support.out, velocity, its)
 
     def _gripped(
         self,
@@ -193,17 +195,23 @@ class Answers:
         masses: tuple[float, float] | None,
     ) -> tuple[Vector, Vector]:
         """Returns the velocities of two bodies without what a response takes of them along the face."""
+        (one, two), still = velocities, [math.isinf(mass) for mass in masses or (1.0, 1.0)]
+        if still == [False, True]:
+            return self._gripped_by(response, normal, one, two), two
+        if still == [True, False]:
+            return one, self._gripped_by(response, normal, two, one)
         grip, along = float(response.options.get("grip") or 0.0), (-normal[1], normal[0])
         if not grip:
             return velocities
         return exchanged_along(along, velocities, masses, 0.5 * grip * speed_along(along, velocities))
 
-    def _gripped_at_wall(self, response: Any, out: Vector, velocity: Vector) -> Vector:
-        """Returns the same of a body at a wall."""
+    def _gripped_by(self, response: Any, out: Vector, velocity: Vector, its: Vector = (0.0, 0.0)) -> Vector:
+        """Returns the same of a body at a wall, or at an immovable body with a velocity."""
         grip, (tx, ty) = float(response.options.get("grip") or 0.0), (-out[1], out[0])
         if not grip:
             return velocity
-        speed = grip * (velocity[0] * tx + velocity[1] * ty)
+        sx, sy = response.options.get("surface") or (0.0, 0.0)
+        speed = grip * ((velocity[0] - (its[0] + sx)) * tx + (velocity[1] - (its[1] + sy)) * ty)
         return velocity[0] - speed * tx, velocity[1] - speed * ty
 
     def _lasting(self, response: Any) -> float:

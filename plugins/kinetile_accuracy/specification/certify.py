@@ -217,7 +217,7 @@ class LogCertifier:
         """Returns the first fault of a row's plans by rule 9, or by the command; zeros have any sign."""
         row, plan, nan = self._rows[index], course.plans[line.a], float("nan")
         one = two = (nan,) * len(_PLAN)
-        if course.changes_plans(line):
+        if course.has_changed_plans(line):
             one = plan.x, plan.y, plan.vx, plan.vy
             if line.b >= 0:
                 plan = course.plans[line.b]

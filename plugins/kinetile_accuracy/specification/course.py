@@ -39,7 +39,7 @@ from kinetile_accuracy.specification.arithmetic import (
     Whole,
 )
 from kinetile_accuracy.specification.bounds import ContactBounds
-from kinetile_accuracy.specification.shapes import Difference
+from kinetile_accuracy.specification.shapes import Difference, Face
 from kinetile_accuracy.specification.touching import parting_tick, touching_tick
 
 _BOUND, _ANCHORING, _WALL, _PAIR, _PARTING = range(5)
@@ -264,6 +264,7 @@ class Course:
 
     def carry_out(self) -> None:
         """Carries out the event that ``next`` has returned last."""
+        self._passed = True
         if self._at_once:
             self._begin_passing(self._at_once.pop(0))
             return
@@ -285,9 +286,11 @@ class Course:
         if kind == _PAIR and self._answers.passes(a, b):
             met = self.meeting(a, b)
             assert met is not None  # it was known when it came to the head
-            self._begin_passing(_Passing(a, b, met[1]))
-            self._replace_bound(a, b)
-            return
+            if not self._answers.meets(a, b, self._normal(a, b, met[1])[0]):
+                self._begin_passing(_Passing(a, b, met[1]))
+                self._replace_bound(a, b)
+                return
+        self._passed = False
         bodies = [a, b] if kind == _PAIR else [a]
         before = [(self.plans[body].vx, self.plans[body].vy) for body in bodies]
         if kind == _ANCHORING:
@@ -333,8 +336,7 @@ class Course:
         """Gives two bodies that meet through an image their new plans (rules 9, 9r and 11)."""
         held = self.held[a], self.held[b]
         pulls = self.plans[a].pull, self.plans[b].pull
-        one, two = self._anchored(a), self._anchored(b)  # the plans of their contact
-        out, face = self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
+        out, face = self._normal(a, b, image)
         plans = one, two = self._let_go(a), self._let_go(b)
         w = self._answers.settle(a, b)
         if w and arithmetic.speed_along(out, ((one.vx, one.vy), (two.vx, two.vy))) >= -w:
@@ -349,21 +351,32 @@ class Course:
         for body, plan, velocity in zip((a, b), plans, velocities, strict=True):
             self._change(body, plan, velocity)
 
+    def _normal(self, a: int, b: int, image: Whole) -> tuple[Vector, Face | None]:
+        """Returns the normal of two bodies that meet now through an image, and its face (rules 9 and 9s)."""
+        one, two = self._anchored(a), self._anchored(b)
+        return self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
+
     def _settles(self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...]) -> bool:
         """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its old supports."""
         whole, other = self._whole[body], support.number
         if other >= 0:
-            its = self.plans[other]
-            fixed = math.isinf(self._answers.masses[other]) and (its.vx, its.vy) == (0.0, 0.0)
+            fixed = math.isinf(self._answers.masses[other])
             if not fixed or support.face is None or math.isinf(self._answers.masses[body]):
                 return False
-        w = self._answers.settle(body, other)
-        slow = plan.vx * plan.vx + plan.vy * plan.vy <= w * w
-        if len(held) == 1 and slow and both_hold(whole, held[0], support):
-            self._change(body, plan, (0.0, 0.0), (0.0, 0.0))
+        (ux, uy), w = self._velocity(other), self._answers.settle(body, other)
+        vx, vy = plan.vx - ux, plan.vy - uy
+        slow = vx * vx + vy * vy <= w * w
+        if (
+            len(held) == 1
+            and slow
+            and self._velocity(held[0].number) == (ux, uy)
+            and both_hold(whole, held[0], support)
+        ):
+            self._change(body, plan, (ux, uy), (0.0, 0.0))
             self.held[body] = held[0], support
             return True
-        pull, velocity = across(whole, support.out), across((plan.vx, plan.vy), support.out)
+        pull, (wx, wy) = across(whole, support.out), across((vx, vy), support.out)
+        velocity = ux + wx, uy + wy
         along = [speed for speed, period in zip(pull, self.frame.periods, strict=True) if period]
         if not part(whole, support.out) < 0 or any(along):
             return False
@@ -373,8 +386,11 @@ class Course:
         if leaves is not None and leaves <= self.now:
             self.held[body] = ()
             return False
-        self._change(body, plan, self._answers.settled(body, support, velocity), pull)
+        self._change(body, plan, self._answers.settled(body, support, velocity, (ux, uy)), pull)
         return True
+
+    def _velocity(self, support: int) -> Vector:
+        return (self.plans[support].vx, self.plans[support].vy) if support >= 0 else (0.0, 0.0)
 
     def _leaving(self, body: int) -> int | None:
         """Returns the tick at which a body leaves its support (rule 8r); None: never, or no support."""
@@ -387,7 +403,8 @@ class Course:
         assert face is not None
         one, two, plan = self._anchored(a), self._anchored(b), self.plans[body]
         sign = 1.0 if body == b else -1.0
-        v, pull = (sign * plan.vx, sign * plan.vy), (sign * plan.pull[0], sign * plan.pull[1])
+        ux, uy = self._velocity(other)
+        v, pull = (sign * (plan.vx - ux), sign * (plan.vy - uy)), (sign * plan.pull[0], sign * plan.pull[1])
         wait = shapes.ledge(m, face, self._apart(one, two, image), v, pull, self.tick)
         return None if wait is None else plan.anchor + wait
 
@@ -514,9 +531,9 @@ class Course:
         more = plan.turns, plan.pull
         return FlightPlan(*place, *velocity, self.now, self._radius[body], self.frame, *more)
 
-    def changes_plans(self, event: CourseEvent) -> bool:
-        """Returns True if an event gives plans to its bodies: all but passings do."""
-        return event.b < 0 or not self._answers.passes(event.a, event.b)
+    def has_changed_plans(self, event: CourseEvent) -> bool:
+        """Returns True if the last event has given plans to its bodies: all but passings do."""
+        return event.b < 0 or not self._passed
 
     def ends(self, a: int, b: int) -> bool:
         """Returns True if bodies a < b pass through each other, so that they have to part."""

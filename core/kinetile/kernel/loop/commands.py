@@ -38,7 +38,7 @@ from kinetile.kernel.flight import (
     square_of_speed,
     twice_energy,
 )
-from kinetile.kernel.images import anchor, near_zero, wrap
+from kinetile.kernel.images import anchor, near_zero, plan_of, restore_plan, wrap
 from kinetile.kernel.log import (
     ACCELERATED,
     BOTTOM,
@@ -65,7 +65,7 @@ from kinetile.kernel.loop.responses import (
     shapes_overlap,
 )
 from kinetile.kernel.pairs import follower
-from kinetile.kernel.passings import IS_PASS, MOST_IMAGES, row_of
+from kinetile.kernel.passings import MOST_IMAGES, lets_pass, row_of
 from kinetile.kernel.rest import is_held_by, let_go, take_hold
 from kinetile.kernel.tables import (
     LONG_AGO,
@@ -150,7 +150,7 @@ def reaches_into(
     """Returns True if an inserted body would overlap another, given by its record or command, (dx, dy)
     away."""
     clock = k.clock[0]
-    if PASSINGS and k.rules[row_of(clock.kinds, kind, command.kind)].response == IS_PASS:
+    if PASSINGS and lets_pass(k.rules[row_of(clock.kinds, kind, command.kind)]):
         return False
     dx, dy = as_anchored(k, dx, dy)  # the nearest image
     reach = command.radius + other.radius
@@ -280,7 +280,7 @@ def caught_in(k: Kernel, command: Records) -> int:
     pair = k.passers[body]
     while pair >= 0:
         other = k.passings[pair].a + k.passings[pair].b - body
-        if k.rules[row_of(k.clock[0].kinds, command.kind, k.traits[other].kind)].response != IS_PASS:
+        if not lets_pass(k.rules[row_of(k.clock[0].kinds, command.kind, k.traits[other].kind)]):
             found = other if found < 0 else elder(k, found, other)
         pair = follower(k.passings, body, pair)
     return int(found)
@@ -442,6 +442,15 @@ def remove_body(k: Kernel, body: int) -> None:
     clock.jam.window_size = window_of(clock.present)
 
 
+@hook
+def rows_to_free(k: Kernel, support: int) -> int:
+    """Returns the number of bodies that a support holds; 0 without one (below 0)."""
+    held = 0
+    for body in range(k.clock[0].bodies if support >= 0 and k.mass[support] == math.inf else 0):
+        held += int(is_held_by(k, body, support))
+    return held
+
+
 @template
 def must_wait(k: Kernel, command: Records) -> int:
     """Returns the reason that makes a command wait, LOG_FULL or CROWDED, or NO_REASON."""
@@ -454,19 +463,18 @@ def must_wait(k: Kernel, command: Records) -> int:
     if PASSINGS and takes(command.code):
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
-        support = slot_of(k, command.body)
-        rows += 1
-        for body in range(k.clock[0].bodies if support >= 0 else 0):
-            rows += int(is_held_by(k, body, support))
+        rows += 1 + rows_to_free(k, slot_of(k, command.body))
     return LOG_FULL if log_is_full(k, rows) else NO_REASON
 
 
 @only_with(RESTING)
 @template
 def foresee_ledge(k: Kernel, body: int) -> None:
-    """Recomputes the tick of a body's departure from its support, after the clock has anchored its plan."""
+    """Recomputes the tick of a body's departure from its support, both as if anchored at its anchor."""
     plan = k.bodies[body]
     if plan.supports == 1 and plan.support >= 0:
+        kept = plan_of(k, plan.support)
+        anchor(k, plan.support, plan.anchor)
         if PERIODIC:
             torus = k.clock[0].torus
             one = elder(k, body, plan.support)
@@ -475,6 +483,7 @@ def foresee_ledge(k: Kernel, body: int) -> None:
             torus.right = float(image.last_m + seen.kx - k.images[one].kx) * torus.x
             torus.up = float(image.last_n + seen.ky - k.images[one].ky) * torus.y
         plan.ledge = ledge(k, body, plan.support, plan.side_x, plan.side_y, False)
+        restore_plan(k, plan.support, kept)
 
 
 @template

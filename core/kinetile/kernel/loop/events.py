@@ -30,6 +30,7 @@ from kinetile.kernel.loop.commands import (
     carry_out,
     caught_in,
     foresee_ledge,
+    free_from,
     has_vacancy,
     must_wait,
     renew_plan,
@@ -42,6 +43,7 @@ from kinetile.kernel.loop.responses import (
     crowded,
     end_passing,
     find_leave,
+    goes_through,
 )
 from kinetile.kernel.passings import passes
 from kinetile.kernel.rest import take_hold
@@ -199,10 +201,12 @@ def run_wall_contact(k: Kernel, h: int, at: int) -> int:
     body.last = NOBODY
     k.counts[0].contacts_wall += 1
     changed = take_hold(k, h)
+    foresee_ledge(k, h)
     renew_plan(k, h)
     log(k, at, h, wall)
     if RESTING and changed:
         log(k, at, h, HELD)
+    free_from(k, h, at)
     count_contact(k, at, h, wall, depth, body.radius, body.radius)
     return REPLAN
 
@@ -247,7 +251,7 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     if at < clock.now:
         blame(k, LATE_CONTACT, a, b)
         return NO_REASON, NO_TASK, NOBODY, NOBODY
-    if PASSINGS and passes(k, a, b):
+    if PASSINGS and passes(k, a, b) and goes_through(k, a, b, h, at):
         if crowded(k, 1):
             return CROWDED, NO_TASK, NOBODY, NOBODY
         clock.now = at
@@ -273,6 +277,8 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
     k.counts[0].contacts_disc += 1
     one_changed = take_hold(k, a)
     two_changed = take_hold(k, b)
+    foresee_ledge(k, a)
+    foresee_ledge(k, b)
     renew_plan(k, a)
     renew_plan(k, b)
     log(k, at, a, b)

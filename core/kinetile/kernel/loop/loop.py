@@ -68,7 +68,7 @@ from kinetile.kernel.loop import (
 from kinetile.kernel.loop.ahead import fetch_ring, fetch_two, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, refile, runner_up, wall_may_be_before
-from kinetile.kernel.loop.commands import free_slot, may_come, met_at
+from kinetile.kernel.loop.commands import free_slot, may_come, met_at, rows_to_free
 from kinetile.kernel.loop.events import (
     NO_TASK,
     REFILE,
@@ -86,7 +86,7 @@ from kinetile.kernel.loop.events import (
     run_wall_contact,
 )
 from kinetile.kernel.loop.predictions import ask_all_exactly, look_at, meeting
-from kinetile.kernel.loop.responses import crowded, find_leave
+from kinetile.kernel.loop.responses import crowded, find_leave, goes_through
 from kinetile.kernel.passings import passes
 from kinetile.kernel.tables import (
     BEAT_DUE,
@@ -192,6 +192,8 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
         free_slot(k, h, at)
         task = REPLAN
     elif WALLED and kind == WALL:
+        if RESTING and log_is_full(k, 2 + rows_to_free(k, h)):
+            return LOG_FULL, task, a, b, 0
         task = run_wall_contact(k, h, at)
     elif PAIRS:
         reason, task, a, b = run_contact(k, h, at)
@@ -379,7 +381,9 @@ def note_next(k: Kernel, h: int, kind: int, at: int) -> None:
         if kind >= PAIR:
             coming.b = k.queue[other].number
         if PASSINGS and kind == PAIR and passes(k, h, other):
-            coming.kind = PASSING_BEGINS
+            first = elder(k, h, other)
+            if goes_through(k, first, h + other - first, h, at):
+                coming.kind = PASSING_BEGINS
 
 
 @template

@@ -29,11 +29,11 @@ from kinetile.kernel.features import (
     only_with,
 )
 from kinetile.kernel.flight import closing_speed, give, position_at, square_of_speed
-from kinetile.kernel.images import remainder, turns_of
+from kinetile.kernel.images import anchor, come_together, plan_of, remainder, restore_plan, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import refile
 from kinetile.kernel.pairs import follower, link, unlink
-from kinetile.kernel.passings import FIRST, IS_ELASTIC, is_passing, passes, rule_of
+from kinetile.kernel.passings import FIRST, IS_ELASTIC, IS_PASS, is_passing, passes, rule_of
 from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
@@ -153,12 +153,14 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
         alone = alone and (torus.x == 0.0 or dx == 0.0) and (torus.y == 0.0 or dy == 0.0)
     tick = NEVER
     if b >= 0:
-        under = k.bodies[support]
-        if k.mass[support] < math.inf or under.vx != 0.0 or under.vy != 0.0:
+        if k.mass[support] < math.inf:
             return
+        under = k.bodies[support]
         vx = plan.vx
         vy = plan.vy
-        plan.vx, plan.vy = without(vx, vy, mx, my)
+        wx, wy = without(vx - under.vx, vy - under.vy, mx, my)
+        plan.vx = under.vx + wx
+        plan.vy = under.vy + wy
         plan.ax = dx
         plan.ay = dy
         tick = ledge(k, body, support, mx, my, True)
@@ -272,6 +274,26 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     k.counts[0].answered_energy += _energy(k, a) - before
     _note(k, a, wall, tick)
     return float(depth)
+
+
+@template
+def goes_through(k: Kernel, a: int, b: int, h: int, tick: int) -> bool:
+    """Returns True if two bodies that may pass, ``a`` the elder, pass at the contact that the entry of h
+    awaits, at this tick; with a rule for one side, False if the movable one meets the other from there."""
+    rule = k.rules[rule_of(k, a, b)]
+    alike = (k.mass[a] == math.inf) == (k.mass[b] == math.inf)
+    if RESPONSES == 0 or rule.response == IS_PASS or alike:
+        return True
+    one = plan_of(k, a)
+    two = plan_of(k, b)
+    anchor(k, a, tick)
+    anchor(k, b, tick)
+    come_together(k, a, b, h)
+    nx, ny, _ = touch(k, a, b)
+    restore_plan(k, a, one)
+    restore_plan(k, b, two)
+    met = nx * rule.way_x + ny * rule.way_y
+    return not (met > 0.0 if k.mass[a] == math.inf else met < 0.0)
 
 
 @hook

@@ -143,7 +143,7 @@ class RunState:
 def overlapping(scene: Scene) -> Integers:
     """Returns the pairs of bodies that may overlap at the start, (m, 2), the elder first, in their order;
     ``responses.begin_at_start`` decides which of them begin to pass."""
-    if all(response.name != "pass" for _, response in scene.responses):
+    if not any(response.passes for _, response in scene.responses):
         return np.zeros((0, 2), dtype=np.int64)
     overlaps = overlapping_images(scene.position, scene.radius, scene.periods)
     pairs = np.concatenate([*overlaps, np.zeros((0, 2), dtype=np.int64)])

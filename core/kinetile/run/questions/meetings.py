@@ -206,12 +206,15 @@ def _is_first(query: Query, a: int, first: _First, planned: Planned) -> bool:
 
 def _turns(query: Query, body: int, planned: Planned) -> int:
     """Returns the tick at which a body's plan changes without a contact: by a command, at the edge of the
-    support that it rests on or slides along, or when a command changes that support."""
+    support that it rests on or slides along, or when a command or a wall changes that support."""
     turn = planned.get(body, NEVER)
     if not query.composition.prepared.resting:
         return turn
     plan = query.k.bodies[body]
-    return min(turn, int(plan.ledge), *(planned.get(int(by), NEVER) for by in (plan.support, plan.second)))
+    turns = [planned.get(int(by), NEVER) for by in (plan.support, plan.second)]
+    if query.composition.wall is not None:
+        turns += [wall_of(query, int(by))[0] for by in (plan.support, plan.second) if by >= 0]
+    return min(turn, int(plan.ledge), *turns)
 
 
 def _first_of(query: Query, a: int, among: Integers | None = None, walls: bool = True) -> _First | None:
