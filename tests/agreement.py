@@ -27,7 +27,7 @@ ALL = PHASES + LINES + TILING + POWER
 
 def choices(scene: kt.Scene) -> tuple[tuple[str, dict[str, Any]], ...]:
     """Returns the choices that accept a scene, if its skin is not too thick for them."""
-    apart = all(response.name != "pass" for _, response in scene.responses)
+    apart = not any(response.passes for _, response in scene.responses)
     level = all(
         shape.radius > 0.0 and len(shape.core) < 3 and not any(y for _, y in shape.core)
         for shape in scene.shapes

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetile.arrays import Array, Floats, Integers
 from kinetile.kernel import plan
-from kinetile.kernel.compiled import hook, with_accelerations, with_field
+from kinetile.kernel.compiled import hook, with_accelerations
 from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel, Records
 from kinetile.kernel.vectors import product_error, put_place
@@ -54,12 +54,6 @@ def square_of_speed(body: Records) -> float:
     return float(body.vx * body.vx + body.vy * body.vy)
 
 
-@hook
-def _of_heights(body: Records) -> float:
-    return square_of_speed(body) - 2.0 * float(body.whole_x * body.x + body.whole_y * body.y)
-
-
-@with_field("whole_x", _of_heights)
 @hook
 def _twice_energy(body: Records) -> float:
     return square_of_speed(body) - 2.0 * float(body.ax * body.x + body.ay * body.y)
@@ -127,10 +121,11 @@ def positions_now(k: Kernel, slots: Integers | None = None) -> Floats:
     return positions_after(*plans_now(k, slots))
 
 
-def whole_pulls(k: Kernel, slots: Array) -> Floats:
-    """Returns (n, 2) accelerations of bodies in slots, as if nothing held them; not for hooks."""
+def whole_pulls(k: Kernel, slots: Array, held: bool = False) -> Floats:
+    """Returns (n, 2) accelerations of bodies in slots, as if nothing held them, or ``held``; not for
+    hooks."""
     bodies = k.bodies.view(np.ndarray).take(slots)
-    for names in (("whole_x", "whole_y"), ("ax", "ay")):
+    for names in (("ax", "ay"),) if held else (("whole_x", "whole_y"), ("ax", "ay")):
         if names[0] in (bodies.dtype.names or ()):
             return np.stack([bodies[name] for name in names], axis=-1)
     return np.zeros((len(bodies), 2))

@@ -23,6 +23,16 @@ def is_held_by(k: Kernel, body: int, other: int) -> bool:
     return bool((plan.supports > 0 and plan.support == other) or (plan.supports > 1 and plan.second == other))
 
 
+@hook
+def _account_hold(k: Kernel, body: int, sign: float) -> None:
+    """Accounts for the potential energy that a body has no longer, or again, when a support holds it: a support
+    that moves works on it meanwhile."""
+    plan = k.bodies[body]
+    if k.mass[body] < math.inf:
+        lacks = (plan.ax - plan.whole_x) * plan.x + (plan.ay - plan.whole_y) * plan.y
+        k.counts[0].commanded_energy -= sign * k.mass[body] * lacks
+
+
 @only_with(RESTING)
 @hook
 def let_go(k: Kernel, body: int) -> None:
@@ -30,6 +40,7 @@ def let_go(k: Kernel, body: int) -> None:
     plan = k.bodies[body]
     plan.was_x = plan.ax
     plan.was_y = plan.ay
+    _account_hold(k, body, -1.0)
     plan.ax = plan.whole_x
     plan.ay = plan.whole_y
     plan.may = NOT
@@ -43,6 +54,7 @@ def take_hold(k: Kernel, body: int) -> bool:
     plan = k.bodies[body]
     plan.may = NOT
     plan.supports = plan.holds
+    _account_hold(k, body, 1.0)
     if plan.holds < 2:
         plan.second = NOBODY
     if plan.holds == 0:

@@ -350,7 +350,7 @@ COUNTS = record(
     ("logged", "i8", COUNT, COST),  # events that changed a plan, except anchorings in skipped time
     ("late", "i8", COUNT, COST),
     ("deepest", "f8", VALUE, CARRIED),
-    ("commanded_energy", "f8", VALUE, CARRIED),  # energy that commands have added
+    ("commanded_energy", "f8", VALUE, CARRIED),  # energy that commands and supports have added
     ("answered_energy", "f8", VALUE, CARRIED),  # energy added by contacts that do not conserve it
     ("passings", "i8", COUNT, CARRIED),  # times two bodies began to pass through each other
 )

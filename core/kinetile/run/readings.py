@@ -120,10 +120,10 @@ def readings_of(engine: Engine, start_energy: float) -> Readings:
 
 def energy(k: Kernel) -> float:
     """Returns the kinetic energy of all movable bodies, summed exactly, and for accelerated bodies also the
-    potential energy, 0 in the corner (0, 0)."""
+    potential energy of their present acceleration, 0 in the corner (0, 0)."""
     found = 0.5 * squares_of_bodies(k)
     there = np.flatnonzero((k.queue.number >= 0) & np.isfinite(k.mass))
-    pulls = whole_pulls(k, there)
+    pulls = whole_pulls(k, there, held=True)
     if pulls.any():
         heights = (positions_now(k, there) * pulls).sum(axis=1)
         found -= math.fsum((k.mass[there] * heights).tolist())

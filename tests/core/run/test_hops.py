@@ -47,7 +47,7 @@ def test_a_disc_that_slid_off_a_fixed_one_ended_as_a_jam(contact_time):
 
 @pytest.mark.parametrize("settle", [None, 0.5])
 @pytest.mark.parametrize("velocity", [(0.5, 0.0), (0.0, 0.5), (0.0, 0.0)])
-def test_what_rode_on_a_support_that_moves_left_it_with_settle(velocity, settle):
+def test_what_rode_on_a_support_that_moves_left_it(velocity, settle):
     box, deck = kt.box(0.5, 0.5), kt.box(2.0, 0.5)
     land = lossy(0.05, **({} if settle is None else {"settle": settle}))
     scene = kt.Scene(
@@ -58,7 +58,7 @@ def test_what_rode_on_a_support_that_moves_left_it_with_settle(velocity, settle)
     apart = sim.velocities()[1] - sim.velocities()[0]
     assert abs(apart[1]) <= 2.0**-8 * (1 + 1e-9)
     assert apart[0] == 0.0
-    assert (velocity == (0.0, 0.0) and settle is not None) == (sim.supports()[1] != ())
+    assert (settle is not None) == (sim.supports()[1] != ())
 
 
 def test_a_pile_of_what_stops_was_a_jam():
@@ -79,26 +79,3 @@ def test_a_stack_of_bodies_without_bounce_was_a_jam(count, settle):
     sim = agree(scene, "naive", "cells", until=0.02)[0]
     assert abs(sim.positions() - places).max() < 1e-4
     assert len(sim.contacts) < 20 * count * count
-
-
-@pytest.mark.parametrize("settle", [None, 0.5])
-@pytest.mark.parametrize("grip", [0.0, 0.5, 1.0])
-def test_a_platform_that_moves_aside_carries_what_it_grips(grip, settle):
-    land = lossy(0.0, grip=grip, **({} if settle is None else {"settle": settle}))
-    scene = kt.Scene(
-        [(1.5, 1.0), (1.5, 1.5)], [(0.5, 0.0), (0.0, 0.0)], shapes=[kt.box(2.0, 0.5), kt.box(0.5, 0.5)],
-        shape=[0, 1], mass=[INF, 1.0], arena=(4.0, 4.0), gravity=(0.0, -1.0), responses=land,
-    )  # fmt: skip
-    sim = agree(scene, *PHASES, until=0.5)[0]
-    assert sim.velocities()[1, 0] == pytest.approx(0.5 if grip else 0.0, abs=1e-9)
-
-
-def test_what_lands_keeps_the_rest_of_its_velocity():
-    land = lossy(0.5, grip=0.25)
-    sim = kt.Simulation(
-        kt.Scene([(1.0, 1.0)], [(1.0, 0.0)], 0.5, arena=(9.0, 2.0), gravity=(0.0, -1.0), responses=land)
-    )
-    event = sim.run(3.0, stop_at=kt.StopAt()).event
-    assert (event.normal, event.closing_speed) == ((0.0, -1.0), 1.0)
-    assert event.impulse == (pytest.approx(0.25), pytest.approx(-1.5))
-    assert sim.velocities().tolist() == [[0.75, 0.5]]

@@ -409,6 +409,8 @@ def remove_body(k: Kernel, body: int) -> None:
     clock = k.clock[0]
     lists = clock.lists
     gone = k.bodies[body]
+    let_go(k, body)
+    take_hold(k, body)
     _account(k, -k.mass[body], twice_energy(gone))
     entry = k.queue[body]
     entry.certificate = NEVER
@@ -426,8 +428,6 @@ def remove_body(k: Kernel, body: int) -> None:
     gone.vy = 0.0
     gone.radius = 0.0
     gone.reach = 0.0
-    let_go(k, body)
-    take_hold(k, body)
     if ACCELERATIONS:
         gone.ax = 0.0
         gone.ay = 0.0
