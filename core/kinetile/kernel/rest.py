@@ -25,8 +25,8 @@ def is_held_by(k: Kernel, body: int, other: int) -> bool:
 
 @hook
 def _account_hold(k: Kernel, body: int, sign: float) -> None:
-    """Accounts for the potential energy that a body has no longer, or again, when a support holds it: a support
-    that moves works on it meanwhile."""
+    """Accounts for the potential energy that a body has no longer, or again, when a support holds it:
+    a support that moves works on it meanwhile."""
     plan = k.bodies[body]
     if k.mass[body] < math.inf:
         lacks = (plan.ax - plan.whole_x) * plan.x + (plan.ay - plan.whole_y) * plan.y

@@ -134,8 +134,9 @@ def with_a_ledge(way: tuple[float, float], **more: Any) -> kt.Scene:
     """Returns a ledge at a height of 2, and a disc that is thrown up from below it to 3.5 - 0.25."""
     rules = {("hero", "ledge"): lands(e=0.0, one_way=way), ("hero", "wall"): lands()}
     values = {"kind": ["ledge", "hero"], "responses": rules, **more}
+    ledge = kt.segment((-1.0, 0.0), (1.0, 0.0))
     return kt.Scene(
-        [(3.0, 2.0), (3.0, 1.25)], [(0.0, 0.0), (0.0, 2.0)], shapes=[kt.segment((-1.0, 0.0), (1.0, 0.0)), kt.disc(0.25)],
+        [(3.0, 2.0), (3.0, 1.25)], [(0.0, 0.0), (0.0, 2.0)], shapes=[ledge, kt.disc(0.25)],
         shape=[0, 1], mass=[INF, 1.0], arena=(6.0, 6.0), gravity=(0.0, -1.0), **values,
     )  # fmt: skip
 
