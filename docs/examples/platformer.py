@@ -1,16 +1,13 @@
 """A platform game: run, jump, land, and rest, with exact landings and no step that could miss a platform.
 
 ``python docs/examples/platformer.py`` plays 600 frames of a script of keys, prints each landing, and ends
-with the fingerprint of all contacts. The player is a box that settles on platforms, and passes through coins;
-while it jumps it has another kind, which passes ledges from below.
+with the fingerprint of all contacts. The player is a box that settles on platforms, passes ledges from below,
+and passes through coins.
 """
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 import kinetile as kt
-from kinetile.errors import NoRoom
 
 FRAME, SPEED, JUMP, GRAVITY = 1 / 60, 1.5, 3.5, -9.0
 FLOOR, PLATFORMS = 0.25, [(2.0, 0.6), (3.5, 1.1), (5.0, 0.7), (6.4, 1.2)]
@@ -19,12 +16,10 @@ KEYS = {30: "right", 55: "jump", 102: "jump", 162: "jump", 225: "jump", 264: "st
 KEYS |= {478: "jump", 520: "stop"}  # up through a ledge, and onto it
 
 
-THROUGH = ("player", "coin"), ("jumper", "coin"), ("jumper", "ledge")
-
-
 def level() -> kt.Scene:
     """Returns the player, the coins and the platforms."""
     land = kt.Response("restitution", e=0.0, contact_time=1e-3, settle=0.5)
+    ledge = kt.Response("restitution", **land.options, one_way=(0.0, 1.0))
     scene = kt.Scene(
         [(0.5, FLOOR + 0.2), *COINS],
         [(0.0, 0.0)] * 4,
@@ -34,8 +29,8 @@ def level() -> kt.Scene:
         kind=["player", "coin", "coin", "coin"],
         arena=(8.0, 4.0),
         gravity=(0.0, GRAVITY),
-        responses={**land.for_all, **dict.fromkeys(THROUGH, "pass")},
-        kinds=["player", "jumper", "coin", "ground", "ledge"],
+        responses={**land.for_all, ("player", "coin"): "pass", ("player", "ledge"): ledge},
+        kinds=["player", "coin", "ground", "ledge"],
     )
     ground = [kt.Obstacle(kt.box(8.0, FLOOR), (4.0, FLOOR / 2), kind="ground")]
     ground += [kt.Obstacle(kt.box(0.8, 0.1), (x, y), kind="ledge") for x, y in PLATFORMS]
@@ -50,11 +45,6 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
         sim.remove(event.bodies[1])
         told.append(f"{event.time:.6f} a coin")
 
-    def rise(event: kt.Event) -> None:
-        sim.set_kind(0, "player")  # it has passed the ledge, which is solid from above
-        told.append(f"{event.time:.6f} through a ledge")
-
-    meets = {"on_contact": dict.fromkeys(THROUGH[:2], take), "on_part": {THROUGH[2]: rise}}
     pace = 0.0
     for frame in range(frames):
         key = KEYS.get(frame)
@@ -62,11 +52,7 @@ def play(frames: int = 600) -> tuple[kt.Simulation, list[str]]:
         up = float(sim.velocities()[0, 1])
         if key is not None and (key != "jump" or standing):
             sim.set_velocity(0, (pace, JUMP if key == "jump" else up))
-            sim.set_kind(0, "jumper" if key == "jump" else sim.kinds[0])
-        elif up <= 0.0 and sim.kinds[0] == "jumper":
-            with suppress(NoRoom):  # it is inside a ledge, and falls out of it
-                sim.set_kind(0, "player")
-        sim.run(until=(frame + 1) * FRAME, **meets)
+        sim.run(until=(frame + 1) * FRAME, on_contact={("player", "coin"): take})
         lands, standing = bool(sim.supports()[0]) and not standing, bool(sim.supports()[0])
         if lands:
             x, y = sim.positions()[0]

@@ -13,7 +13,7 @@ import numpy as np
 from kinetile.arrays import Rows
 from kinetile.kernel.plan import FIELDS_OF_TWO
 
-ANSWER = 6
+ANSWER = 7
 """The number of the specification that the contacts follow (docs/specification.md); it changes with every
 rule. Event files without a number are of answer 0, from before there was a specification."""
 

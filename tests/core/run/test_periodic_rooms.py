@@ -75,10 +75,10 @@ def test_files_name_the_answer(tmp_path: Path) -> None:
     files = "--events events.parquet --checkpoint run.save"
     with chdir(tmp_path):
         done = printed(f"run scene.toml --until 1 --broad-phase naive {files}")
-        assert done["answer"] == given.answer == kt.ANSWER == 6
-        assert kt.read_events("events.parquet").metadata["answer"] == 6
+        assert done["answer"] == given.answer == kt.ANSWER == 7
+        assert kt.read_events("events.parquet").metadata["answer"] == 7
         head = json.loads(np.load("run.save")[MAGIC].tobytes())
-        assert head["answer"] == 6
+        assert head["answer"] == 7
 
 
 def test_a_body_in_the_slot_of_another_has_flown_over_no_border():
