@@ -137,7 +137,7 @@ def draw_changing_game(seed: int) -> kt.Scene:
 
 def draw_carrying_game(seed: int) -> kt.Scene:
     """Returns a game of any sort so far whose restitutions grip, some of them on surfaces that move or from
-    one side only, and most of whose platforms are lifts; always the same for a seed."""
+    one side only, and whose platforms are lifts mostly; always the same for a seed."""
     rng = random.Random(f"carrying game {seed}")
     sorts = draw_resting_game, draw_game, draw_resting_game, draw_accelerated_game, draw_resting_game
     sorts = (*sorts, draw_accelerated_game_of_shapes)

@@ -297,7 +297,8 @@ STOPS = record(
     ("due", "i8", VALUE, KEPT),  # whether to stop now, because of
     ("row", "i8", VALUE, KEPT),  # a contact in this row of ``met``, if it has happened,
     ("tick", "i8", PAST, CARRIED),  # at this tick
-    ("a b", "i8", NUMBER, CARRIED),  # of these numbers
+    ("a b", "i8", NUMBER, CARRIED),  # of these numbers;
+    ("passes", "i8", VALUE, KEPT),  # before it: whether the two will begin to pass each other
 )
 MEETING = record(
     ("wanted", "i8", VALUE, KEPT),  # whether the loop writes the others

@@ -394,7 +394,8 @@ def _watched(engine: Engine) -> tuple[Event, list[ContactRow]]:
         first, *left = np.asarray(engine.k.met)[stops.row[0] : engine.ledger.latest].tolist()
         return _with_impact(engine, _event_of_row(engine, first)), left
     epoch, tick = divmod(engine.clock.total(stops.tick[0]), TICKS)
-    return _event_of_row(engine, (epoch, tick, stops.a[0], stops.b[0])), []
+    event = _event_of_row(engine, (epoch, tick, stops.a[0], stops.b[0]))
+    return (event._replace(kind="pass") if event.kind == "disc" and stops.passes[0] else event), []
 
 
 def _first_watched(engine: Engine, rows: list[ContactRow]) -> tuple[Event | None, list[ContactRow]]:

@@ -46,7 +46,7 @@ LINES = {
     "bench scene": "ü.toml --phases naive,cells --until 1 --repeats 1",
     "bench thesis": "--help",
     "study": "",
-    "study run": "ü/study.toml",  # of which all tasks are done
+    "study run": "ü/study.toml",  # all its tasks are done
     "study rows": "ü/study.toml",
 }
 """A line for each command, of files whose names are not ASCII."""

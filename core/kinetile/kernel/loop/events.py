@@ -169,6 +169,8 @@ def holds_back(k: Kernel, h: int, kind: int, at: int) -> bool:
     if stops.tick == at and stops.a == k.queue[a].number and stops.b == two:
         return False
     stop_there(k, at, a, b)
+    if PASSINGS and kind == PAIR:
+        stops.passes = int(passes(k, a, b) and goes_through(k, a, b, h, at))
     clock.now = larger(clock.now, at)
     return True
 
