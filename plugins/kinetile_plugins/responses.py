@@ -21,7 +21,7 @@ from kinetile.toolbox import (
     closing_speed,
     hook,
     rest,
-    smaller,
+    since_touched,
     support_velocity,
     unchecked,
 )
@@ -38,16 +38,6 @@ class Elastic:
 
 class Pass(Elastic):
     """The two pass through each other."""
-
-
-@hook
-def since_touched(k: Kernel, a: int, b: int) -> float:
-    """Returns the time since the last contact of either of two bodies, or of a body before a wall."""
-    now = k.clock[0].now
-    since = now - k.traits[a].touched
-    if b >= 0:
-        since = smaller(since, now - k.traits[b].touched)
-    return float(since * k.clock[0].per_tick)
 
 
 @hook

@@ -6,6 +6,7 @@
 
 import { anchor, largest, makePlan, tickLength, tickOf, unit, wrap } from "./clock.js";
 import { inOrder } from "./commands.js";
+import { nearest, whole } from "./exact.js";
 import { exchange, gripped, speedAlong, takenAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
 import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
@@ -124,7 +125,7 @@ export class Run {
       const plan = this.free(body);
       const slow = isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
-        const least = leastAtWall(response, until, wall, this.q);
+        const least = leastAtWall(response, until, wall, this.q, -wallSpeed(plan, wall), this.since(body.last));
         const [ox, oy] = offWall(plan, wall, response, this.share(response, body.last));
         const off = takenAlong({ vx: ox, vy: oy }, STILL, OUTWARD[wall], response);
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
@@ -231,7 +232,8 @@ export class Run {
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
       all = gripped({ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }, a.m, b.m, this.alike, normal, response);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
-      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.accelerated && this.scene.responses.some(({ w }) => w > 0));
+      const mayRest = this.accelerated && this.scene.responses.some(({ w }) => w > 0);
+      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, mayRest, -speed, this.since(C));
       const isHop = least !== null && speedAlong(one, two, normal) < least;
       if (isHop) all = exchange(one, two, a.m, b.m, this.alike, normal, 0.5 * (speedAlong(one, two, normal) - least));
       const [vxa, vya, vxb, vyb] = all;
@@ -255,7 +257,13 @@ export class Run {
 
   /** The k of a response now, with C the tick of the last contact; null if bodies come to rest. */
   share(response, C) {
-    return response.name === "stop" ? softened(this.now, C, this.q, this.accelerated) : returned(response, this.now, C, this.q);
+    const since = this.since(C);
+    return response.name === "stop" ? softened(since, this.q, this.accelerated) : returned(response, since);
+  }
+
+  /** The time since the last contact, at a tick. */
+  since(C) {
+    return nearest(whole(this.now - C)) * this.q;
   }
 
   /** Releases a body from its supports, with its whole acceleration, and returns its plan (rule 9h). */

@@ -1,6 +1,5 @@
 // Rules 11 and 9r: the response for two kinds, or for a kind and the walls, and the velocities after restitution and stop.
 
-import { nearest, whole } from "./exact.js";
 import { keys, list, number } from "./tables.js";
 
 const ELASTIC = { name: "elastic" };
@@ -70,14 +69,14 @@ function said(rules, one, two) {
   return rules.find(({ between: [k, l] }) => (k === one && l === two) || (k === two && l === one));
 }
 
-/** The k of a response at tick T, with C the tick of the last contact: the share of the closing speed that comes back. */
-export function returned({ name, e, t }, T, C, q) {
-  return name !== "restitution" || nearest(whole(T - C)) * q <= t ? 1 : e;
+/** The k of a response `since` the last contact: the share of the closing speed that comes back. */
+export function returned({ name, e, t }, since) {
+  return name !== "restitution" || since <= t ? 1 : e;
 }
 
 /** The same for a response that stops, or null if it brings bodies to rest; `accelerated`: with accelerations (rule 11h). */
-export function softened(T, C, q, accelerated) {
-  return accelerated && nearest(whole(T - C)) * q <= 2 ** 37 * q ? 0 : null;
+export function softened(since, q, accelerated) {
+  return accelerated && since <= 2 ** 37 * q ? 0 : null;
 }
 
 /** The velocity [vx, vy] of a body after it has met a wall. */

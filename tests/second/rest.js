@@ -48,18 +48,25 @@ export function isBetween(whole, one, other) {
 const lasting = ({ t = 0 }, q) => (t > 0 ? t : 2 ** 38 * q);
 
 /** The least parting speed of two bodies, with the plans that they had and the velocities that they have now, or null; `mayRest`: in a scene with a w. */
-export function leastSpeed(response, planA, planB, one, two, n, q, mayRest) {
+export function leastSpeed(response, planA, planB, one, two, n, q, mayRest, closing, since) {
   const [rx, ry] = [planB.ax - planA.ax, planB.ay - planA.ay];
   if (!mayRest && rx === 0 && ry === 0) return null;
   const t = lasting(response, q);
   const size = Math.abs(one.vx) + Math.abs(one.vy) + (Math.abs(two.vx) + Math.abs(two.vy)) + t * (Math.abs(rx) + Math.abs(ry));
-  return Math.max(0.5 * t * -part([rx, ry], n), 2 ** -44 * size);
+  return Math.max(loaded(0.5 * t * -part([rx, ry], n), response, closing, since), 2 ** -44 * size);
 }
 
 /** The same for a body and a wall. */
-export function leastAtWall(response, { ax, ay }, wall, q) {
+export function leastAtWall(response, { ax, ay }, wall, q, closing, since) {
   const least = 0.5 * lasting(response, q) * part([ax, ay], OUTWARD[wall]);
-  return least > 0 ? least : null;
+  return least > 0 ? loaded(least, response, closing, since) : null;
+}
+
+/** The least parting speed h after a contact `since` the last one, at a closing speed: more under a load. */
+function loaded(h, { t = 0 }, closing, since) {
+  if (!(h > 0 && t > 0 && since <= t)) return h;
+  const most = 128 * h;
+  return Math.max(h, most * since <= closing * t ? most : (closing * t) / since);
 }
 
 /** The velocity of a body that parts from a wall with a speed. */

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetile.arrays import Array, Floats, Integers
 from kinetile.kernel import plan
-from kinetile.kernel.compiled import hook, with_accelerations
+from kinetile.kernel.compiled import hook, smaller, with_accelerations
 from kinetile.kernel.plan import AcceleratedPlan, Plan, positions_after
 from kinetile.kernel.tables import NEVER, Kernel, Records
 from kinetile.kernel.vectors import product_error, put_place
@@ -146,6 +146,16 @@ def closing_speed(one: Records, two: Records, nx: float, ny: float) -> float:
     part = total - px
     low = (px - (total - part)) + (py - part) + (product_error(vx, nx, px) + product_error(vy, ny, py))
     return float(total + (low - total * excess))
+
+
+@hook
+def since_touched(k: Kernel, a: int, b: int) -> float:
+    """Returns the time since the last contact of either of two bodies, or of a body before a wall."""
+    now = k.clock[0].now
+    since = now - k.traits[a].touched
+    if b >= 0:
+        since = smaller(since, now - k.traits[b].touched)
+    return float(since * k.clock[0].per_tick)
 
 
 @hook

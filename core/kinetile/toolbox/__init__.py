@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from kinetile.kernel.flight import shared as shared
     from kinetile.kernel.flight import since_anchor as since_anchor
     from kinetile.kernel.flight import since_origin as since_origin
+    from kinetile.kernel.flight import since_touched as since_touched
     from kinetile.kernel.flight import velocity_at as velocity_at
     from kinetile.kernel.log import BOTTOM as BOTTOM
     from kinetile.kernel.log import LEFT as LEFT

@@ -25,6 +25,7 @@ _OPTIONS = {"e", "contact_time", "settle", "grip", "surface", "one_way"}
 LONG_AGO = -(1 << 62)
 LASTING = 2.0**38
 ROUNDED = 2.0**-44
+LOADED = 128.0
 OUT = {LEFT: (-1.0, 0.0), RIGHT: (1.0, 0.0), BOTTOM: (0.0, -1.0), TOP: (0.0, 1.0)}
 
 
@@ -133,7 +134,9 @@ class Answers:
             w = share * (vx * nx + vy * ny)
             vx, vy = vx - w * nx, vy - w * ny
         vx, vy = self._gripped_by(response, OUT[wall], (vx, vy))
-        least, out = 0.5 * self._lasting(response) * part(pull, OUT[wall]), vx * nx + vy * ny
+        closing = plan.vx * nx + plan.vy * ny
+        least = self._least(response, part(pull, OUT[wall]), closing, self._since([a], plan.anchor))
+        out = vx * nx + vy * ny
         if least > 0.0 and -out < least:
             vx, vy = vx - (out + least) * nx, vy - (out + least) * ny
         self.touch((a,), plan.anchor)
@@ -177,7 +180,9 @@ class Answers:
         pull, lasting, speed = (bx - ax, by - ay), self._lasting(response), speed_along(along, velocities)
         (vxa, vya), (vxb, vyb) = velocities
         size = ((abs(vxa) + abs(vya)) + (abs(vxb) + abs(vyb))) + lasting * (abs(pull[0]) + abs(pull[1]))
-        least = max(0.5 * lasting * -part(pull, along), ROUNDED * size)
+        closing = -speed_along(along, ((one.vx, one.vy), (two.vx, two.vy)))
+        since = self._since([a, b], one.anchor)
+        least = max(self._least(response, -part(pull, along), closing, since), ROUNDED * size)
         if (self._resting or any(pull)) and speed < least:
             velocities = exchanged_along(along, velocities, masses, 0.5 * (speed - least))
         self.touch(bodies, one.anchor)
@@ -218,10 +223,22 @@ class Answers:
         """Returns the least duration of the flight after a contact (rule 11h)."""
         return float(response.options.get("contact_time") or 0.0) or self._length * LASTING
 
+    def _least(self, response: Any, pull: float, closing: float, since: float) -> float:
+        """Returns the least parting speed of two that are pressed together by ``pull``, after they have met
+        (rule 11h); ``since``: the time since the last contact of either."""
+        time, least = float(response.options.get("contact_time") or 0.0), 0.5 * self._lasting(response) * pull
+        if not (0.0 < least and since <= time):
+            return least
+        loaded = LOADED * least
+        return max(least, loaded if loaded * since <= closing * time else closing * time / since)
+
+    def _since(self, bodies: list[int], now: int) -> float:
+        return float(now - max(self._touched[body] for body in bodies)) * self._length
+
     def _share(self, response: Any, bodies: list[int], now: int) -> float | None:
         """Returns the part of the speed along the normal that bodies lose, 2 if all of it comes back; None:
         they come to rest, and not along the normal alone (rule 11h)."""
-        since = float(now - max(self._touched[body] for body in bodies)) * self._length
+        since = self._since(bodies, now)
         if response.name == "stop":
             return 1.0 if self._accelerated and since <= 0.5 * self._length * LASTING else None
         soon = since <= float(response.options.get("contact_time") or 0.0)

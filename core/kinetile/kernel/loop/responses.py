@@ -28,7 +28,7 @@ from kinetile.kernel.features import (
     UNEQUAL,
     only_with,
 )
-from kinetile.kernel.flight import closing_speed, give, position_at, square_of_speed
+from kinetile.kernel.flight import closing_speed, give, position_at, since_touched, square_of_speed
 from kinetile.kernel.images import anchor, come_together, plan_of, remainder, restore_plan, turns_of
 from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import refile
@@ -47,6 +47,9 @@ has no time of its own: 2^-14 units (rule 11h)."""
 
 ROUNDED = 2.0**-44
 """The part of two bodies' velocities that rounding may leave as closing speed (rule 11h)."""
+
+LOADED = 128.0
+"""The most that the load on a body multiplies its least parting speed by (rule 11h)."""
 
 MOST_RESPONSES = 4
 """The most hooks of responses in a loop."""
@@ -190,13 +193,18 @@ def _respond(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> 
 
 @only_with(ACCELERATIONS)
 @template
-def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
+def separate(k: Kernel, a: int, b: int, nx: float, ny: float, closing: float) -> None:
     """Makes two bodies that are pressed together, or a body and a wall (b below 0), part so fast that they
-    meet again after about the rule's own time, or the default, at the least (rule 11h).
+    meet again after about the rule's own time, or the default, at the least (rule 11h). They have met at the
+    speed ``closing``.
 
     Without this, a body pressed on a curved or moving one comes back after ever shorter flights, and at last
     after no flight: the run would end as if it was jammed. So it would if two close in by a rounding that no
     exchange can reverse, as a disc between a floor and a body that rolls over it: two part by at least that.
+
+    The lowest body of a heap carries the others, which strike it during its flight, so that it comes back
+    sooner. It parts faster by as much, up to ``LOADED`` times: so a heap has no more contacts at its floor
+    than one body, and what moves its bodies comes from there.
     """
     one = k.bodies[a]
     if RESTING:
@@ -208,10 +216,18 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     x, y = pull_between(k, a, b)
     if not RESTING and x == 0.0 and y == 0.0:
         return
-    lasting = k.clock[0].per_tick * LASTING
-    if RULES and k.rules[rule_of(k, a, b)].contact_time > 0.0:
-        lasting = k.rules[rule_of(k, a, b)].contact_time
+    lasting = k.rules[rule_of(k, a, b)].contact_time if RULES else 0.0
+    own = lasting > 0.0
+    if not own:
+        lasting = k.clock[0].per_tick * LASTING
     least = 0.5 * lasting * -(x * nx + y * ny)
+    if own and least > 0.0:
+        since = since_touched(k, a, b)
+        if since <= lasting:
+            loaded = LOADED * least
+            if loaded * since > closing * lasting:
+                loaded = closing * lasting / since
+            least = larger(least, loaded)
     if b < 0:
         out = one.vx * nx + one.vy * ny
         if not (least > 0.0 and -out < least):
@@ -239,6 +255,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     nx = ny = depth = 0.0
     if UNEQUAL or not elastic:  # elastic contacts of bodies that fall alike need no ``touch``
         nx, ny, depth = touch(k, a, b)
+    closing = -closing_speed(k.bodies[a], k.bodies[b], nx, ny) if UNEQUAL else 0.0
     if elastic:
         depth = collide(k, a, b)
     let_go(k, a)
@@ -246,7 +263,7 @@ def answer(k: Kernel, a: int, b: int, tick: int) -> float:
     if RESPONSES > 0 and not elastic:
         _respond(k, a, b, nx, ny, rule)
     if UNEQUAL and depth == depth:
-        separate(k, a, b, nx, ny)
+        separate(k, a, b, nx, ny, closing)
     if depth == depth:  # else there is no answer: the loop ends with both unchanged
         k.counts[0].answered_energy += (_energy(k, a) + _energy(k, b)) - before
         _note(k, a, b, tick)
@@ -265,12 +282,13 @@ def answer_wall(k: Kernel, a: int, wall: int, tick: int) -> float:
     nx = ny = depth = 0.0
     if ACCELERATIONS or not elastic:
         nx, ny, depth = touch_wall(k, k.bodies[a], wall)
+    closing = k.bodies[a].vx * nx + k.bodies[a].vy * ny
     if elastic:
         depth = bounce(k, k.bodies[a], wall)
     let_go(k, a)
     if RESPONSES > 0 and not elastic:
         _respond(k, a, wall, nx, ny, rule)
-    separate(k, a, wall, nx, ny)
+    separate(k, a, wall, nx, ny, closing)
     k.counts[0].answered_energy += _energy(k, a) - before
     _note(k, a, wall, tick)
     return float(depth)
