@@ -9,7 +9,7 @@ import { inOrder } from "./commands.js";
 import { nearest, whole } from "./exact.js";
 import { exchange, gripped, speedAlong, takenAlong } from "./exchange.js";
 import { hasRoom, overlaps } from "./overlaps.js";
-import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, wallSpeed, wallSupport } from "./rest.js";
+import { isBetween, isSlow, leastAtWall, leastSpeed, offPressed, onSupport, pairSupports, stands, wallSpeed, wallSupport } from "./rest.js";
 import { goThrough, mayPass, offWall, OUTWARD, pairResponse, returned, softened, stopped, wallResponse } from "./responses.js";
 import { sha256 } from "./sha256.js";
 import { alongFace, difference, shapeGap, shapeNormal } from "./shapes.js";
@@ -28,6 +28,7 @@ const BEAT = 1n << 53n;
 const HARDLY_ANY = 1n << 20n; // ticks
 
 const STILL = { vx: 0, vy: 0 };
+const isHeldBy = ({ held }, support) => held.some(({ number }) => number === support);
 const isSame = (one, two) => one.vx === two.vx && one.vy === two.vy;
 
 /** A scene in progress: `events` runs all events; then `ended` is "end", or "no room" or "jam" if the answer ends before. */
@@ -117,6 +118,7 @@ export class Run {
       yield* this.obey(command);
     } else if (leaves) {
       this.free(body);
+      this.freeFrom(body);
       yield this.told("leaving", body.number, null);
     } else if (kind === WALL) {
       const { wall } = body.met;
@@ -154,6 +156,7 @@ export class Run {
     } else if (what === "acceleration") {
       body.whole = [ax, ay];
       this.free(body);
+      if (body.m < Infinity) this.freeFrom(body);
     } else if (what === "kind") {
       if (!this.setKind(body, command.kind)) return;
     } else if (what === "insertion") {
@@ -227,7 +230,8 @@ export class Run {
     const C = a.last > b.last ? a.last : b.last;
     const speed = speedAlong(planA, planB, normal);
     const slow = isSlow(response, speed);
-    if (!slow || !this.settles(pairSupports(a, b, meeting, met), held, response)) {
+    const until = new Map([[a, untilA], [b, untilB]]);
+    if (!slow || !this.settles(pairSupports(a, b, meeting, met, (f, m) => stands(held.get(f), until.get(f), m)), held, response)) {
       const k = this.share(response, C);
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
       all = gripped({ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }, a.m, b.m, this.alike, normal, response);
@@ -244,8 +248,8 @@ export class Run {
     for (const body of counted.length ? counted : [a, b]) body.last = this.now;
     pair.justMet = met;
     this.predictPair(pair);
-    this.freeFrom(a, untilA);
-    this.freeFrom(b, untilB);
+    this.freeFrom(a, untilA, b);
+    this.freeFrom(b, untilB, a);
     return this.told("pair", a.number, b.number);
   }
 
@@ -274,10 +278,15 @@ export class Run {
     return body.plan;
   }
 
-  /** Releases all that a body holds, if its velocity differs from its former plan's (rule 9h). */
-  freeFrom({ number, plan }, until = null) {
-    if (until !== null && until.vx === plan.vx && until.vy === plan.vy) return;
-    for (const body of this.bodies.values()) if (body.held.some((each) => each.number === number)) this.free(body);
+  /** Releases all that a body holds (rule 9h): at a contact only if an immovable one's velocity differs from its former plan's, or the other does not rest on a movable one now. */
+  freeFrom({ number, plan, m }, until = plan, other = null) {
+    if (until !== plan && m === Infinity && isSame(until, plan)) return;
+    if (other !== null && m < Infinity && isHeldBy(other, number)) return;
+    for (const body of this.bodies.values())
+      if (isHeldBy(body, number)) {
+        this.free(body);
+        this.freeFrom(body);
+      }
   }
 
   /** Lets one of some bodies settle on a support, [body, support] each; returns true if one did (rule 9r); `held` has the supports until now, by body. */
@@ -291,6 +300,7 @@ export class Run {
       if (isAlike && rel.vx * rel.vx + rel.vy * rel.vy <= w * w && isBetween(whole, before[0], support)) {
         body.held = [...before, support];
         this.write(body, { ...plan, ...u, ax: 0, ay: 0 });
+        this.holdAgain(support, held);
         return true;
       }
       const rests = onSupport(rel, u, whole, support, this.scene.periods);
@@ -300,12 +310,21 @@ export class Run {
       if (body.leaves === null || body.leaves > this.now) {
         const [vx, vy] = takenAlong(rests, u, support.m, response);
         this.write(body, { ...plan, ...rests, vx, vy });
+        this.holdAgain(support, held);
         return true;
       }
       body.held = [];
       this.write(body, plan);
     }
     return false;
+  }
+
+  /** Has a movable support held as it was until this event. */
+  holdAgain({ number, face }, held) {
+    const f = face === null ? null : this.bodies.get(number);
+    if (f === null || f.m === Infinity) return;
+    f.held = held.get(f);
+    this.write(f, { ...f.plan, ax: 0, ay: 0 });
   }
 
   /** The velocity {vx, vy} of a support. */

@@ -16,10 +16,15 @@ export function wallSupport(body, number) {
   return [[body, { number, m: OUTWARD[number].map((each) => -each), image: null, face: null }]];
 }
 
-export function pairSupports(a, b, { normal, face }, image) {
+export function pairSupports(a, b, { normal, face }, image, mayHold) {
   const reversed = normal.map((each) => -each);
   const both = [[a, { number: b.number, m: reversed, image, face }, b], [b, { number: a.number, m: normal, image, face }, a]];
-  return both.filter(([body, , f]) => face !== null && f.m === Infinity && body.m < Infinity);
+  return both.filter(([body, { m }, f]) => face !== null && body.m < Infinity && (f.m === Infinity || mayHold(f, m)));
+}
+
+/** True if a movable body with these supports and this plan until now may hold one that it meets with the normal m. */
+export function stands(held, { ax, ay }, [mx, my]) {
+  return held.length === 1 && ax === 0 && ay === 0 && held[0].m[0] === mx && held[0].m[1] === my;
 }
 
 /** True if two bodies meet so slowly that rule 9r replaces a restitution. */

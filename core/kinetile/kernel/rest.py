@@ -1,5 +1,8 @@
 """Rest: bodies that one or two supports hold against their accelerations (rules 9r, 8r and 9h).
 
+A support is a wall, an immovable body, or a body that another support holds from the same side and that is
+not accelerated: so stacks rest. What frees a body frees all that it holds.
+
 A plan has the *present* acceleration in ``ax`` and ``ay``, which all evaluations use, and the *whole* one
 beside it; they differ while the body is held. Each event of a body that is no pass frees it first
 (``let_go``), and a response may have it settle again (``rest``). The loop has decided before whether it can
@@ -33,11 +36,34 @@ def _account_hold(k: Kernel, body: int, sign: float) -> None:
         k.counts[0].commanded_energy -= sign * k.mass[body] * lacks
 
 
+@hook
+def hangs(k: Kernel, body: int) -> bool:
+    """Returns True if a movable body that holds a body is not held itself."""
+    plan = k.bodies[body]
+    return bool(plan.supports > 0 and (_falls(k, plan.support) or _falls(k, plan.second)))
+
+
+@hook
+def _falls(k: Kernel, support: int) -> bool:
+    return bool(support >= 0 and k.mass[support] < math.inf and k.bodies[support].supports == 0)
+
+
+@hook
+def _count_on_supports(k: Kernel, body: int, count: int, change: int) -> None:
+    """Adds to the number of bodies that the first ``count`` supports of a body hold."""
+    plan = k.bodies[body]
+    if count > 0 and plan.support >= 0:
+        k.bodies[plan.support].carries += change
+    if count > 1 and plan.second >= 0:
+        k.bodies[plan.second].carries += change
+
+
 @only_with(RESTING)
 @hook
 def let_go(k: Kernel, body: int) -> None:
     """Gives a body its whole acceleration. Its former supports remain stored until ``take_hold``."""
     plan = k.bodies[body]
+    _count_on_supports(k, body, plan.supports, -1)
     plan.was_x = plan.ax
     plan.was_y = plan.ay
     _account_hold(k, body, -1.0)
@@ -54,6 +80,7 @@ def take_hold(k: Kernel, body: int) -> bool:
     plan = k.bodies[body]
     plan.may = NOT
     plan.supports = plan.holds
+    _count_on_supports(k, body, plan.supports, 1)
     _account_hold(k, body, 1.0)
     if plan.holds < 2:
         plan.second = NOBODY
@@ -72,10 +99,29 @@ def without(ax: float, ay: float, mx: float, my: float) -> tuple[float, float]:
 
 @hook
 def support_velocity(k: Kernel, support: int) -> tuple[float, float]:
-    """Returns the velocity of an immovable body, or of a wall (below 0), which has none."""
+    """Returns the velocity of a body that is a support, or of a wall (below 0), which has none."""
     if support < 0:
         return 0.0, 0.0
     return k.bodies[support].vx, k.bodies[support].vy
+
+
+@hook
+def stands(k: Kernel, body: int, mx: float, my: float) -> bool:
+    """Returns True if a body that an event has freed was held by one support, with this normal, and not
+    accelerated: it may hold another that meets it with the same normal."""
+    plan = k.bodies[body]
+    still = plan.was_x == 0.0 and plan.was_y == 0.0
+    return bool(plan.supports == 1 and still and plan.side_x == mx and plan.side_y == my)
+
+
+@hook
+def _hold_again(k: Kernel, support: int) -> None:
+    """Has a movable support held as it was until this event, which has freed it."""
+    if support >= 0 and k.mass[support] < math.inf:
+        under = k.bodies[support]
+        under.ax = under.was_x
+        under.ay = under.was_y
+        under.holds = 1
 
 
 @hook
@@ -94,6 +140,7 @@ def _settles(plan: Records, k: Kernel, support: int, mx: float, my: float, slow:
             plan.second = support
             plan.holds = 2
             plan.ledge = NEVER
+            _hold_again(k, support)
             return True
     if plan.may != ALONE:
         return False
@@ -106,6 +153,7 @@ def _settles(plan: Records, k: Kernel, support: int, mx: float, my: float, slow:
     plan.side_x = mx
     plan.side_y = my
     plan.holds = 1
+    _hold_again(k, support)
     return True
 
 
@@ -121,15 +169,15 @@ def rest(k: Kernel, a: int, b: int, nx: float, ny: float, slow: float) -> bool:
     """Makes a body settle on the other one, of two bodies, or of a body and a wall (b below 0), in a
     response; returns True if it has. The normal is from a to b, or into the wall.
 
-    A body of finite mass rests on a wall, or on the face of a body of infinite mass, and moves with it: it
-    keeps the relative velocity along the face, and is accelerated along it alone, until it is freed (rule
+    A body of finite mass rests on a wall, or on the face of a body of infinite mass or of one that rests
+    itself, and moves with it: it keeps the relative velocity along the face, and is accelerated along it alone, until it is freed (rule
     9h). A body that is no faster than ``slow``, relative to them, may be held by two. Scenes whose responses
     have an option ``settle`` have supports; in others nothing settles. Before: the two do not close in by
     more than ``slow``.
     """
-    if b >= 0 and k.mass[a] == math.inf:
-        return bool(settles(k.bodies[b], k, a, nx, ny, slow))
-    return bool(settles(k.bodies[a], k, b, -nx, -ny, slow))
+    if settles(k.bodies[a], k, b, -nx, -ny, slow):
+        return True
+    return bool(b >= 0 and settles(k.bodies[b], k, a, nx, ny, slow))
 
 
 @hook

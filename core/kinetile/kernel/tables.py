@@ -168,6 +168,7 @@ RESTS = (
     ("supports", "i4", COUNT, CARRIED),  # and their number: the wall LEFT has the value of NOBODY
     ("holds", "i4", COUNT, DERIVED),  # how many a response has decided on
     ("may", "i4", VALUE, DERIVED),  # whether it may settle at this contact (``kernel.rest``)
+    ("carries", "i4", COUNT, CARRIED),  # the number of bodies that it holds
     ("freed", "i4", SLOT, DERIVED),  # the next one in the list of those that a support has let go
 )
 RESTING_BODY = record(*declared(ACCELERATED_BODY), *RESTS)

@@ -58,6 +58,11 @@ LEAVING = HELD
 Command = Turn | Accelerate | SetKind | Move | Insert | Remove
 
 
+def _stands(held: tuple["Support", ...], pull: Vector, support: "Support") -> bool:
+    """Returns True if a movable body that had these supports and acceleration may be a support (rule 9r)."""
+    return len(held) == 1 and pull == (0.0, 0.0) and held[0].out == support.out
+
+
 class CourseEvent(NamedTuple):
     """An event: its tick since the start, and its bodies as a log names them (``kinetile.kernel.log``)."""
 
@@ -310,7 +315,11 @@ class Course:
                 self._meet_wall(a, -b)
         self._schedule(bodies)
         for body, velocity in zip(bodies, before, strict=True):
-            if velocity != (self.plans[body].vx, self.plans[body].vy):
+            if math.isinf(self._answers.masses[body]):
+                frees = velocity != (self.plans[body].vx, self.plans[body].vy)
+            else:
+                frees = kind != _ANCHORING and not any(self._holds(body, other) for other in bodies)
+            if frees:
                 self._let_go_of(body)
         self._drop_former()
 
@@ -344,7 +353,12 @@ class Course:
                 (a, one, Support(b, (-out[0], -out[1]), image, face), held[0]),
                 (b, two, Support(a, out, image, face), held[1]),
             ):
-                if self._settles(body, plan, support, until):
+                other = int(body == a)
+                if self._settles(body, plan, support, until, _stands(held[other], pulls[other], support)):
+                    if self._answers.masses[support.number] < math.inf:
+                        under = self.plans[support.number]
+                        self._change(support.number, under, (under.vx, under.vy), (0.0, 0.0))
+                        self.held[support.number] = held[other]
                     self._answers.touch((a, b), self.now)
                     return
         velocities = self._answers.of_pair((a, b), plans, out, pulls)
@@ -356,11 +370,19 @@ class Course:
         one, two = self._anchored(a), self._anchored(b)
         return self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
 
-    def _settles(self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...]) -> bool:
-        """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its old supports."""
+    def _settles(
+        self,
+        body: int,
+        plan: FlightPlan,
+        support: Support,
+        held: tuple[Support, ...],
+        stood: bool = False,
+    ) -> bool:
+        """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its old supports;
+        ``stood``: whether a movable support may hold it."""
         whole, other = self._whole[body], support.number
         if other >= 0:
-            fixed = math.isinf(self._answers.masses[other])
+            fixed = math.isinf(self._answers.masses[other]) or stood
             if not fixed or support.face is None or math.isinf(self._answers.masses[body]):
                 return False
         (ux, uy), w = self._velocity(other), self._answers.settle(body, other)
@@ -418,9 +440,13 @@ class Course:
     def _let_go_of(self, support: int) -> None:
         """Releases all that a body holds (rule 9h)."""
         for body, held in enumerate(self.held):
-            if held and any(each.number == support for each in held):
+            if held and self._holds(support, body):
                 self._let_go(body)
                 self._schedule([body])
+                self._let_go_of(body)
+
+    def _holds(self, support: int, body: int) -> bool:
+        return any(each.number == support for each in self.held[body])
 
     def _count(self, tick: int) -> None:
         self._contacts = tick, self._so_far(tick) + 1
@@ -472,7 +498,7 @@ class Course:
                 self._whole[body] = _two(command.acceleration)
                 self._change(body, plan, (plan.vx, plan.vy), self._whole[body])
         self._schedule([body])
-        if isinstance(command, Turn | SetKind):
+        if isinstance(command, Turn | SetKind) or self._answers.masses[body] < math.inf:
             self._let_go_of(body)
 
     def _enter(self, body: int, place: Vector, velocity: Vector, pull: Vector) -> None:

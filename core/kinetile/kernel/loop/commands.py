@@ -66,7 +66,7 @@ from kinetile.kernel.loop.responses import (
 )
 from kinetile.kernel.pairs import follower
 from kinetile.kernel.passings import MOST_IMAGES, lets_pass, row_of
-from kinetile.kernel.rest import is_held_by, let_go, take_hold
+from kinetile.kernel.rest import hangs, is_held_by, let_go, take_hold
 from kinetile.kernel.tables import (
     LONG_AGO,
     NEVER,
@@ -443,11 +443,13 @@ def remove_body(k: Kernel, body: int) -> None:
 
 
 @hook
-def rows_to_free(k: Kernel, support: int) -> int:
-    """Returns the number of bodies that a support holds; 0 without one (below 0)."""
+def rows_to_free(k: Kernel, a: int, b: int) -> int:
+    """Returns the largest number of bodies that an event of one or two can free: 0 if they hold none, else
+    all that are held; below 0 for no body."""
+    carries = (k.bodies[a].carries if a >= 0 else 0) + (k.bodies[b].carries if b >= 0 else 0)
     held = 0
-    for body in range(k.clock[0].bodies if support >= 0 and k.mass[support] == math.inf else 0):
-        held += int(is_held_by(k, body, support))
+    for body in range(k.clock[0].bodies if carries > 0 else 0):
+        held += int(k.bodies[body].supports > 0)
     return held
 
 
@@ -463,7 +465,7 @@ def must_wait(k: Kernel, command: Records) -> int:
     if PASSINGS and takes(command.code):
         rows += k.traits[slot_of(k, command.body)].inside
     if RESTING:
-        rows += 1 + rows_to_free(k, slot_of(k, command.body))
+        rows += 1 + rows_to_free(k, slot_of(k, command.body), NOBODY)
     return LOG_FULL if log_is_full(k, rows) else NO_REASON
 
 
@@ -501,14 +503,18 @@ def free_slot(k: Kernel, body: int, at: int) -> None:
 @only_with(RESTING)
 @template
 def free_from(k: Kernel, support: int, at: int) -> None:
-    """Frees all bodies that a support holds; ``loop.restore`` replans them."""
+    """Frees all bodies that a support holds, and what these hold; ``loop.restore`` replans them."""
     lists = k.clock[0].lists
-    for number in range(len(k.slots) if k.mass[support] == math.inf else 0):
-        body = k.slots[number]
-        if body >= 0 and is_held_by(k, body, support):
-            free_slot(k, body, at)
-            k.bodies[body].freed = lists.freed
-            lists.freed = body
+    again = k.bodies[support].carries > 0
+    while again:
+        again = False
+        for number in range(len(k.slots)):
+            body = k.slots[number]
+            if body >= 0 and (is_held_by(k, body, support) or hangs(k, body)):
+                free_slot(k, body, at)
+                k.bodies[body].freed = lists.freed
+                lists.freed = body
+                again = True
 
 
 @template
@@ -596,10 +602,9 @@ def carry_out(k: Kernel, s: Any) -> int:
         changed = take_hold(k, body)
     renew_plan(k, body)
     log(k, at, body, command.code)
-    freeing = command.code == TURNED or command.code == OF_KIND
-    if RESTING and changed and freeing:
+    if RESTING and changed and command.code != ACCELERATED:
         log(k, at, body, HELD)
-    if freeing:
+    if command.code != REANCHORED and (command.code != ACCELERATED or k.mass[body] < math.inf):
         free_from(k, body, at)
     return body
 

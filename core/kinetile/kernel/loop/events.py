@@ -6,6 +6,7 @@ and the bodies of that task. The loop has made sure that no other event is befor
 
 from typing import Any
 
+import math
 from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
 from kinetile.kernel.features import (
     ACCELERATIONS,
@@ -46,7 +47,7 @@ from kinetile.kernel.loop.responses import (
     goes_through,
 )
 from kinetile.kernel.passings import passes
-from kinetile.kernel.rest import take_hold
+from kinetile.kernel.rest import is_held_by, take_hold
 from kinetile.kernel.tables import (
     LATE_CONTACT,
     NOBODY,
@@ -288,5 +289,9 @@ def run_contact(k: Kernel, h: int, at: int) -> tuple[int, int, int, int]:
         log(k, at, a, HELD)
     if RESTING and two_changed:
         log(k, at, b, HELD)
+    if RESTING and k.mass[a] < math.inf and not is_held_by(k, b, a):
+        free_from(k, a, at)
+    if RESTING and k.mass[b] < math.inf and not is_held_by(k, a, b):
+        free_from(k, b, at)
     count_contact(k, at, a, b, depth, smaller(one.radius, two.radius), one.radius + two.radius)
     return NO_REASON, REPLAN, a, b

@@ -68,7 +68,7 @@ from kinetile.kernel.loop import (
 from kinetile.kernel.loop.ahead import fetch_ring, fetch_two, look_ahead
 from kinetile.kernel.loop.bookkeeping import log_is_full
 from kinetile.kernel.loop.calendar import file_all, forget, head, refile, runner_up, wall_may_be_before
-from kinetile.kernel.loop.commands import free_slot, may_come, met_at, rows_to_free
+from kinetile.kernel.loop.commands import free_from, free_slot, may_come, met_at, rows_to_free
 from kinetile.kernel.loop.events import (
     NO_TASK,
     REFILE,
@@ -161,6 +161,14 @@ def advance(k: Kernel, s: Any, until: int, budget: int, contacts: int, quota: in
 
 
 @template
+def most_rows(k: Kernel, a: int, b: int) -> int:
+    """Returns the largest number of rows of the log that an event of one body or two takes."""
+    if RESTING:
+        return 3 + rows_to_free(k, a, b)
+    return 1
+
+
+@template
 def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, int, int, int]:
     """Runs the next event, at tick ``at``; returns (NO_REASON, task, body, another, newcomers) for
     ``restore``.
@@ -176,7 +184,7 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
         clock.now = larger(clock.now, at)
         k.counts[0].structural += 1
         return reason, REPLAN if UNEQUAL and BOUNDS else RELAY, a, b, 0
-    if log_is_full(k, 3 if RESTING else 1):
+    if log_is_full(k, most_rows(k, h, k.queue[h].partner if kind == PAIR else NOBODY)):
         return LOG_FULL, task, a, b, 0
     if PERIODIC and kind == BEAT_DUE:
         task, a = anchor_next(k, at)
@@ -190,10 +198,9 @@ def run_event(k: Kernel, s: Any, h: int, kind: int, at: int) -> tuple[int, int, 
         clock.now = larger(clock.now, at)
         k.counts[0].structural += 1
         free_slot(k, h, at)
+        free_from(k, h, at)
         task = REPLAN
     elif WALLED and kind == WALL:
-        if RESTING and log_is_full(k, 2 + rows_to_free(k, h)):
-            return LOG_FULL, task, a, b, 0
         task = run_wall_contact(k, h, at)
     elif PAIRS:
         reason, task, a, b = run_contact(k, h, at)
@@ -452,7 +459,7 @@ def comes_next(k: Kernel, h: int, other: int, tick: int, until: int, budget: int
     return not (
         tick >= smaller(smaller(rival, until), runner_up(k, h, other))
         or budget <= 0
-        or log_is_full(k, 3 if RESTING else 1)
+        or log_is_full(k, most_rows(k, h, other))
         or (PASSINGS and crowded(k, 1))
         or (WALLED and (wall_may_be_before(k, h, tick) or wall_may_be_before(k, other, tick)))
     )

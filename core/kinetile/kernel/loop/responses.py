@@ -34,7 +34,7 @@ from kinetile.kernel.loop.bookkeeping import count_row, log_passing
 from kinetile.kernel.loop.calendar import refile
 from kinetile.kernel.pairs import follower, link, unlink
 from kinetile.kernel.passings import FIRST, IS_ELASTIC, IS_PASS, is_passing, passes, rule_of
-from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, without
+from kinetile.kernel.rest import ALONE, WITH_ANOTHER, let_go, pull_between, stands, without
 from kinetile.kernel.tables import NEVER, Kernel, Records, elder, is_there
 
 ROOM = 1e-12
@@ -139,7 +139,7 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
     support = b
     mx = -nx
     my = -ny
-    if b >= 0 and k.mass[a] == math.inf:
+    if b >= 0 and (k.mass[a] == math.inf or (k.mass[b] < math.inf and stands(k, a, nx, ny))):
         body = b
         support = a
         mx = nx
@@ -156,7 +156,7 @@ def consider(k: Kernel, a: int, b: int, nx: float, ny: float) -> None:
         alone = alone and (torus.x == 0.0 or dx == 0.0) and (torus.y == 0.0 or dy == 0.0)
     tick = NEVER
     if b >= 0:
-        if k.mass[support] < math.inf:
+        if k.mass[support] < math.inf and not stands(k, support, mx, my):
             return
         under = k.bodies[support]
         vx = plan.vx
