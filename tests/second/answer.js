@@ -127,7 +127,7 @@ export class Run {
       const plan = this.free(body);
       const slow = isSlow(response, wallSpeed(plan, wall));
       if (!slow || !this.settles(wallSupport(body, wall), new Map([[body, held]]), response)) {
-        const least = leastAtWall(response, until, wall, this.q, -wallSpeed(plan, wall), this.since(body.last));
+        const least = leastAtWall(response, until, wall, this.q, this.mayRest, -wallSpeed(plan, wall), this.since(body.last));
         const [ox, oy] = offWall(plan, wall, response, this.share(response, body.last));
         const off = takenAlong({ vx: ox, vy: oy }, STILL, OUTWARD[wall], response);
         const isHop = least !== null && wallSpeed({ vx: off[0], vy: off[1] }, wall) < least;
@@ -236,8 +236,7 @@ export class Run {
       let all = k === null ? stopped(planA, planB, a.m, b.m) : exchange(planA, planB, a.m, b.m, this.alike, normal, 0.5 * (1 + k) * speed);
       all = gripped({ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }, a.m, b.m, this.alike, normal, response);
       const [one, two] = [{ vx: all[0], vy: all[1] }, { vx: all[2], vy: all[3] }];
-      const mayRest = this.accelerated && this.scene.responses.some(({ w }) => w > 0);
-      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, mayRest, -speed, this.since(C));
+      const least = leastSpeed(response, untilA, untilB, one, two, normal, this.q, this.mayRest, -speed, this.since(C));
       const isHop = least !== null && speedAlong(one, two, normal) < least;
       if (isHop) all = exchange(one, two, a.m, b.m, this.alike, normal, 0.5 * (speedAlong(one, two, normal) - least));
       const [vxa, vya, vxb, vyb] = all;
@@ -263,6 +262,11 @@ export class Run {
   share(response, C) {
     const since = this.since(C);
     return response.name === "stop" ? softened(since, this.q, this.accelerated) : returned(response, since);
+  }
+
+  /** True in a scene with a w (rule 11h). */
+  get mayRest() {
+    return this.accelerated && this.scene.responses.some(({ w }) => w > 0);
   }
 
   /** The time since the last contact, at a tick. */

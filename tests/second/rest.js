@@ -58,19 +58,21 @@ export function leastSpeed(response, planA, planB, one, two, n, q, mayRest, clos
   if (!mayRest && rx === 0 && ry === 0) return null;
   const t = lasting(response, q);
   const size = Math.abs(one.vx) + Math.abs(one.vy) + (Math.abs(two.vx) + Math.abs(two.vy)) + t * (Math.abs(rx) + Math.abs(ry));
-  return Math.max(loaded(0.5 * t * -part([rx, ry], n), response, closing, since), 2 ** -44 * size);
+  const h = 0.5 * t * -part([rx, ry], n);
+  return Math.max(mayRest ? h : loaded(h, response, closing, since), 2 ** -44 * size);
 }
 
 /** The same for a body and a wall. */
-export function leastAtWall(response, { ax, ay }, wall, q, closing, since) {
+export function leastAtWall(response, { ax, ay }, wall, q, mayRest, closing, since) {
   const least = 0.5 * lasting(response, q) * part([ax, ay], OUTWARD[wall]);
-  return least > 0 ? loaded(least, response, closing, since) : null;
+  if (!(least > 0)) return null;
+  return mayRest ? least : loaded(least, response, closing, since);
 }
 
 /** The least parting speed h after a contact `since` the last one, at a closing speed: more under a load. */
 function loaded(h, { t = 0 }, closing, since) {
   if (!(h > 0 && t > 0 && since <= t)) return h;
-  const most = 128 * h;
+  const most = Math.min(128 * h, 2 * closing);
   return Math.max(h, most * since <= closing * t ? most : (closing * t) / since);
 }
 

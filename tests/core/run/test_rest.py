@@ -215,13 +215,48 @@ def test_a_hit_ends_the_hold_and_the_support_is_met_again():
     assert sim.supports()[1:] == [(0,), (0,)]
 
 
-def test_pressed_bodies_that_cannot_rest_hop():
-    """A brick on a movable brick parts from it for about the contact time, again and again."""
-    pile = scene([[2.0, 0.25], [2.0, 0.75]], [[0.0, 0.0], [0.0, 0.0]], [BRICK, BRICK])
-    sim = run(pile, 1.0)
+def pile(count: int, *commands: Any, **more: Any) -> kt.Scene:
+    """Returns bricks that stand on one another, from the floor up."""
+    places = [[2.0, 0.25 + 0.5 * each] for each in range(count)]
+    return scene(places, [[0.0, 0.0]] * count, [BRICK] * count, commands=commands, **more)
+
+
+def test_a_stack_rests_and_a_tap_costs_few_contacts():
+    """Thrown at 1/2, the highest one comes down again after 1: all strike each other, and rest again."""
+    sim = run(pile(5, kt.Turn(4, 1.0, (0.0, 0.5))), 0.5)
+    assert sim.supports() == [(FLOOR,), (0,), (1,), (2,), (3,)]
+    assert len(sim.contacts) < 60
+    sim.run(8.0)
+    assert sim.supports() == [(FLOOR,), (0,), (1,), (2,), (3,)]
+    assert sim.positions()[:, 1].tolist() == [0.25, 0.75, 1.25, 1.75, 2.25]
+    assert len(sim.contacts) < 400
+    assert sim.readings.unaccounted_energy < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("command", "fallen"),
+    [
+        (kt.Remove(0, 1.0), [0.25, 0.75]),
+        (kt.Move(0, 1.0, (3.0, 0.25)), [0.25, 0.25, 0.75]),
+        (kt.Turn(0, 1.0, (1.0, 0.0)), [0.25, 0.25, 0.25]),
+        (kt.Accelerate(0, 1.0, (1.0, -1.0)), [0.25, 0.25, 0.75]),
+        (kt.SetKind(1, 1.0, "other"), [0.25, 0.75, 1.25]),
+    ],
+)
+def test_what_frees_a_body_frees_all_that_it_holds(command, fallen):
+    sim = run(pile(3, command, kind=["brick", "brick", "other"]), 0.5)
+    assert sim.supports() == [(FLOOR,), (0,), (1,)]
+    sim.run(30.0)
+    assert () not in sim.supports()
+    assert sorted(sim.positions()[:, 1].tolist()) == fallen
+
+
+def test_on_a_body_that_slides_down_a_slope_another_one_hops():
+    """It is accelerated, so that what it holds would not be held still. In its frame gravity is (1/4, -1)."""
+    sim = run(pile(2, gravity=(0.25, -1.0)), 0.5)
     assert sim.supports() == [(FLOOR,), ()]
     assert len(sim.contacts) < 200
-    assert sim.positions()[1][1] == pytest.approx(0.75, abs=2.0**-12)
+    assert sim.positions().tolist() == [[2.03125, 0.25], [2.03125, pytest.approx(0.75, abs=2.0**-11)]]
 
 
 def test_on_a_periodic_axis_a_body_slides_on_and_on_and_never_rests_on_a_slope():

@@ -203,8 +203,9 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, closing: float) ->
     exchange can reverse, as a disc between a floor and a body that rolls over it: two part by at least that.
 
     The lowest body of a heap carries the others, which strike it during its flight, so that it comes back
-    sooner. It parts faster by as much, up to ``LOADED`` times: so a heap has no more contacts at its floor
-    than one body, and what moves its bodies comes from there.
+    sooner. It parts faster by as much, but twice as fast as before at most, and up to ``LOADED`` times the
+    least speed. So what carries a heap has no more contacts than one body; what moves the bodies of the heap
+    comes from there. Where bodies may settle, the floor holds the lowest instead.
     """
     one = k.bodies[a]
     if RESTING:
@@ -221,10 +222,10 @@ def separate(k: Kernel, a: int, b: int, nx: float, ny: float, closing: float) ->
     if not own:
         lasting = k.clock[0].per_tick * LASTING
     least = 0.5 * lasting * -(x * nx + y * ny)
-    if own and least > 0.0:
+    if own and least > 0.0 and not RESTING:
         since = since_touched(k, a, b)
         if since <= lasting:
-            loaded = LOADED * least
+            loaded = smaller(LOADED * least, 2.0 * closing)
             if loaded * since > closing * lasting:
                 loaded = closing * lasting / since
             least = larger(least, loaded)
