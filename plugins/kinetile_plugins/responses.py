@@ -21,6 +21,7 @@ from kinetile.toolbox import (
     closing_speed,
     hook,
     rest,
+    rests_on,
     since_touched,
     support_velocity,
     unchecked,
@@ -43,17 +44,19 @@ class Pass(Elastic):
 @hook
 def take_along(k: Kernel, a: int, b: int, nx: float, ny: float, rule: Records) -> None:
     """Takes the share ``rule.fourth`` of the velocity of two bodies, or of a body at a wall, across a unit
-    normal; of an immovable one the surface counts, which has the velocity (``rule.fifth``, ``sixth``)."""
+    normal; of an immovable one the surface counts, which has the velocity (``rule.fifth``, ``sixth``). One
+    that has settled on a movable one takes its velocity."""
     tx = -ny
     ty = nx
-    if b >= 0 and (k.mass[a] < math.inf) == (k.mass[b] < math.inf):
-        exchange(k, a, b, tx, ty, 0.5 * rule.fourth)
-        return
     one = k.bodies[a]
     support = b
-    if b >= 0 and k.mass[a] == math.inf:
+    alike = b >= 0 and (k.mass[a] < math.inf) == (k.mass[b] < math.inf)
+    if b >= 0 and ((k.mass[a] == math.inf and not alike) or rests_on(k.bodies[b], a)):
         one = k.bodies[b]
         support = a
+    elif alike and not rests_on(one, b):
+        exchange(k, a, b, tx, ty, 0.5 * rule.fourth)
+        return
     ux, uy = support_velocity(k, support)
     vx = one.vx - (ux + rule.fifth)
     vy = one.vy - (uy + rule.sixth)

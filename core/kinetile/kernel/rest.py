@@ -165,15 +165,27 @@ def settles(plan: Records, k: Kernel, support: int, mx: float, my: float, slow: 
 
 
 @hook
+def _settled_on(plan: Records, support: int) -> bool:
+    return bool(plan.holds > 0 and plan.support == support)
+
+
+@with_field("whole_x", _settled_on)
+@hook
+def rests_on(plan: Records, support: int) -> bool:
+    """Returns True if a body has settled on a support alone in the response that is running."""
+    return False
+
+
+@hook
 def rest(k: Kernel, a: int, b: int, nx: float, ny: float, slow: float) -> bool:
     """Makes a body settle on the other one, of two bodies, or of a body and a wall (b below 0), in a
     response; returns True if it has. The normal is from a to b, or into the wall.
 
     A body of finite mass rests on a wall, or on the face of a body of infinite mass or of one that rests
-    itself, and moves with it: it keeps the relative velocity along the face, and is accelerated along it alone, until it is freed (rule
-    9h). A body that is no faster than ``slow``, relative to them, may be held by two. Scenes whose responses
-    have an option ``settle`` have supports; in others nothing settles. Before: the two do not close in by
-    more than ``slow``.
+    itself, and moves with it: it keeps the relative velocity along the face, and is accelerated along it
+    alone, until it is freed (rule 9h). A body that is no faster than ``slow``, relative to them, may be held
+    by two. Scenes whose responses have an option ``settle`` have supports; in others nothing settles. Before:
+    the two do not close in by more than ``slow``.
     """
     if settles(k.bodies[a], k, b, -nx, -ny, slow):
         return True

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from kinetile.kernel.plan import Plan as Plan
     from kinetile.kernel.plan import positions_after as positions_after
     from kinetile.kernel.rest import rest as rest
+    from kinetile.kernel.rest import rests_on as rests_on
     from kinetile.kernel.rest import support_velocity as support_velocity
     from kinetile.kernel.skin import box_gaps as box_gaps
     from kinetile.kernel.skin import reach_to as reach_to

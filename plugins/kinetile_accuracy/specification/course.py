@@ -371,12 +371,7 @@ class Course:
         return self._answers.normal(one, two, self._apart(one, two, image), self._difference(a, b))
 
     def _settles(
-        self,
-        body: int,
-        plan: FlightPlan,
-        support: Support,
-        held: tuple[Support, ...],
-        stood: bool = False,
+        self, body: int, plan: FlightPlan, support: Support, held: tuple[Support, ...], stood: bool = False
     ) -> bool:
         """Gives a body its plan on a support, if it settles there (rule 9r); ``held``: its old supports;
         ``stood``: whether a movable support may hold it."""

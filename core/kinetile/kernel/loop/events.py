@@ -4,9 +4,9 @@ Each template runs one event at the head of the queue, at its tick. It returns t
 and the bodies of that task. The loop has made sure that no other event is before this one.
 """
 
+import math
 from typing import Any
 
-import math
 from kinetile.kernel.compiled import larger, smaller, template, to_be_filled_in
 from kinetile.kernel.features import (
     ACCELERATIONS,
@@ -52,6 +52,7 @@ from kinetile.kernel.tables import (
     LATE_CONTACT,
     NOBODY,
     NOT_FINITE,
+    PAIR,
     PARTING,
     STALLED,
     WALL,
