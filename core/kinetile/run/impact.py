@@ -12,6 +12,7 @@ import numpy as np
 from kinetile.kernel.compiled import python_of
 from kinetile.kernel.flight import plans_now
 from kinetile.kernel.plan import positions_after, velocities_after
+from kinetile.kernel.rest import is_held_by
 from kinetile.run.engine.engine import Engine
 
 Vector = tuple[float, float]
@@ -100,11 +101,16 @@ def _closing(velocities: list[Vector], normal: Vector) -> float:
 
 def _impulse(engine: Engine, a: int, b: int, before: list[Vector], after: list[Vector]) -> Vector:
     """Returns the momentum that the second one has received from the first, by the change of the lighter one:
-    a heavier one's velocity hardly changes, and is rounded. Of two equals it is the mean, so that their order
+    a heavier one's velocity hardly changes, and is rounded; or of the one that rests on the other now. Of two equals it is the mean, so that their order
     does not matter where a response takes momentum from both."""
     if before == after:
         return 0.0, 0.0
-    masses = float(engine.k.mass[a]), float(engine.k.mass[b]) if b >= 0 else math.inf
+    masses = [float(engine.k.mass[a]), float(engine.k.mass[b]) if b >= 0 else math.inf]
+    if b >= 0 and engine.scene.resting:  # one that rests itself passes on what it receives
+        k, holds = engine.packed[0].plain, python_of(is_held_by)
+        masses = [
+            math.inf if holds(k, *each) else mass for mass, each in zip(masses, ((b, a), (a, b)), strict=True)
+        ]
     if (mass := min(masses)) == math.inf:
         return math.nan, math.nan
     given = [

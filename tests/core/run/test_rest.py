@@ -461,3 +461,14 @@ def test_nothing_is_scheduled_beyond_the_end_of_a_support(change):
     assert sim.supports()[1] == (0,)
     assert sim.next_contact_of(1).b == RIGHT  # as things are
     assert sim.next_contact_of(1, scheduled=True) is None
+
+
+def test_what_lands_on_one_that_rests_gives_it_its_whole_momentum():
+    sim = kt.Simulation(pile(2), "naive")
+    events = [event for event in sim.steps(1.0) if event.kind == "disc"]
+    assert [event.impulse for event in events] == [(0.0, 0.0)]
+    fall = kt.Simulation(
+        pile(2).replace(position=[[2.0, 0.25], [2.0, 0.8125]], responses=rules(settle=1.0)), "naive"
+    )
+    (event,) = [event for event in fall.steps(1.0) if event.kind == "disc"]
+    assert event.closing_speed == -event.impulse[1] == pytest.approx(math.sqrt(0.125))
