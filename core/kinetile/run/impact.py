@@ -101,16 +101,15 @@ def _closing(velocities: list[Vector], normal: Vector) -> float:
 
 def _impulse(engine: Engine, a: int, b: int, before: list[Vector], after: list[Vector]) -> Vector:
     """Returns the momentum that the second one has received from the first, by the change of the lighter one:
-    a heavier one's velocity hardly changes, and is rounded; or of the one that rests on the other now. Of two equals it is the mean, so that their order
-    does not matter where a response takes momentum from both."""
+    a heavier one's velocity hardly changes, and is rounded; or of the one that rests on the other now. Of two
+    equals it is the mean, so that their order does not matter where a response takes momentum from both.
+    """
     if before == after:
         return 0.0, 0.0
     masses = [float(engine.k.mass[a]), float(engine.k.mass[b]) if b >= 0 else math.inf]
     if b >= 0 and engine.scene.resting:  # one that rests itself passes on what it receives
         k, holds = engine.packed[0].plain, python_of(is_held_by)
-        masses = [
-            math.inf if holds(k, *each) else mass for mass, each in zip(masses, ((b, a), (a, b)), strict=True)
-        ]
+        masses = [math.inf if holds(k, b, a) else masses[0], math.inf if holds(k, a, b) else masses[1]]
     if (mass := min(masses)) == math.inf:
         return math.nan, math.nan
     given = [
