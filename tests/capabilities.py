@@ -185,18 +185,29 @@ def _rests(sim: kt.Simulation) -> bool:
     return bool((sim.velocities()[:, 1] == 0.0).any())
 
 
+def _lifts(draft: Draft) -> Draft:
+    """Adds an immovable body with faces, which moves, and gravity: bodies settle there, and on the floor."""
+    settle = {("*", "*"): CARRYING, ("*", "wall"): CARRYING}
+    return _immovable(replace(draft, shaped=True)).framed(gravity=(0.0, -0.5)).ruled(settle)
+
+
 def _periodic(axes: str) -> Capability:
     return Capability(f"periodic {axes}", lambda draft: draft.framed(periodic=axes))
 
 
 RESTITUTION = kt.Response("restitution", e=0.5, contact_time=2.0**-6)
 SETTLING = kt.Response("restitution", e=0.25, contact_time=2.0**-3, settle=2.0)
+GRIPPING = kt.Response("restitution", e=0.5, contact_time=2.0**-6, grip=0.5, surface=(0.5, 0.25))
+LEDGE = kt.Response("restitution", e=0.5, contact_time=2.0**-6, one_way=(0.5, 1.0))
+CARRYING = kt.Response("restitution", e=0.25, contact_time=2.0**-3, settle=2.0, grip=1.0)
 CAPABILITIES = (
     Capability("discs", lambda draft: draft),
     Capability("radii of many sizes", _sizes),
     Capability("restitution", lambda draft: draft.ruled({("*", "*"): RESTITUTION})),
+    Capability("grip", lambda draft: draft.ruled({("b", "*"): GRIPPING, ("b", "wall"): GRIPPING})),
     Capability("stop", _stopping, lambda game, a, b: _of(game, "bb", a, b)),
     Capability("pass", _passing, lambda game, a, b: a > b),
+    Capability("one way", lambda draft: draft.ruled({("a", "b"): LEDGE}), lambda game, a, b: a > b),
     Capability("immovable", _immovable, lambda game, a, b: 4 in (a, b)),
     Capability(
         "commands, planned",
@@ -217,6 +228,7 @@ CAPABILITIES = (
     *map(_periodic, ("x", "y", "xy")),
     Capability("gravity", lambda draft: draft.framed(gravity=(0.0, -0.5))),
     Capability("rest", _rest, ended=_rests),
+    Capability("lifts", _lifts, lambda game, a, b: 4 in (a, b), _rests),
     Capability("no arena", lambda draft: draft.framed(arena=None)),
     Capability("shapes", lambda draft: replace(draft, shaped=True)),
     Capability("obstacles", _obstacles, lambda game, a, b: not {7, 8, 9}.isdisjoint((a, b))),

@@ -26,28 +26,28 @@ REFUSED: dict[Cell, str] = {
     **_of(
         "under sweep-tiling",
         {
-            "pass": "is right only while bodies cannot pass through each other",
+            "pass | one way": "is right only while bodies cannot pass through each other",
             "periodic y | periodic xy": "tiles an arena from its floor to its ceiling",
-            "shapes | obstacles": "this scene has other shapes",
+            "shapes | obstacles | lifts": "this scene has other shapes",
         },
     ),
     **_of(
         "under power",
         {
-            "pass": "is right only while bodies cannot pass through each other",
+            "pass | one way": "is right only while bodies cannot pass through each other",
             "periodic x | periodic y | periodic xy": "far points outside of it, and this scene is periodic",
-            "shapes | obstacles": "is for discs, and this scene has other shapes",
+            "shapes | obstacles | lifts": "is for discs, and this scene has other shapes",
             "no arena": "between far points outside of it, and this scene has no arena",
         },
     ),
     **_of(
         "player, computed",
         {
-            "restitution | stop | pass | foreign response": "contacts are not all elastic",
+            "restitution | grip | stop | pass | one way | foreign response": "contacts are not all elastic",
             "commands, planned | commands, by hand | kinds that change | moves": "the scene has commands",
             "periodic x | periodic y | periodic xy": "an axis is periodic",
             "no arena": "the scene has no walls",
-            "gravity | rest": "bodies are accelerated",
+            "gravity | rest | lifts": "bodies are accelerated",
             "shapes | obstacles": "the bodies are not all discs",
         },
     ),
@@ -67,9 +67,10 @@ REFUSED_TOGETHER: dict[Cell, str] = {
     **{
         (axes, each): "none along y, which is periodic: nothing stops a fall there"
         for axes in ("periodic y", "periodic xy")
-        for each in ("gravity", "rest")
+        for each in ("gravity", "rest", "lifts")
     },
     ("rest", "no arena"): "bodies settle by accelerations in an arena; the scene has no arena",
+    ("lifts", "no arena"): "bodies settle by accelerations in an arena; the scene has no arena",
 }
 """Pairs of capabilities that are refused."""
 
