@@ -199,12 +199,12 @@ RESTITUTION = kt.Response("restitution", e=0.5, contact_time=2.0**-6)
 SETTLING = kt.Response("restitution", e=0.25, contact_time=2.0**-3, settle=2.0)
 GRIPPING = kt.Response("restitution", e=0.5, contact_time=2.0**-6, grip=0.5, surface=(0.5, 0.25))
 LEDGE = kt.Response("restitution", e=0.5, contact_time=2.0**-6, one_way=(0.5, 1.0))
-CARRYING = kt.Response("restitution", e=0.25, contact_time=2.0**-3, settle=2.0, grip=1.0)
+CARRYING = kt.Response("restitution", e=0.5, contact_time=2.0**-3, settle=2.0, grip=1.0)
 CAPABILITIES = (
     Capability("discs", lambda draft: draft),
     Capability("radii of many sizes", _sizes),
     Capability("restitution", lambda draft: draft.ruled({("*", "*"): RESTITUTION})),
-    Capability("grip", lambda draft: draft.ruled({("b", "*"): GRIPPING, ("b", "wall"): GRIPPING})),
+    Capability("grip", lambda draft: draft.ruled({("b", "b"): GRIPPING, ("b", "wall"): GRIPPING})),
     Capability("stop", _stopping, lambda game, a, b: _of(game, "bb", a, b)),
     Capability("pass", _passing, lambda game, a, b: a > b),
     Capability("one way", lambda draft: draft.ruled({("a", "b"): LEDGE}), lambda game, a, b: a > b),
