@@ -227,7 +227,7 @@ class Answers:
         """Returns the least parting speed of two that are pressed together by ``pull``, after they have met
         (rule 11h); ``since``: the time since the last contact of either."""
         time, least = float(response.options.get("contact_time") or 0.0), 0.5 * self._lasting(response) * pull
-        if not (0.0 < least and since <= time):
+        if not (least > 0.0 and since <= time):
             return least
         loaded = LOADED * least
         return max(least, loaded if loaded * since <= closing * time else closing * time / since)

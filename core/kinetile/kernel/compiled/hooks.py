@@ -214,7 +214,10 @@ def with_constants(hooks: Iterable[Hook], **constants: object) -> dict[str, Any]
     return made
 
 
-_EMPTY = lambda k, a: None, lambda k, a, b: None, lambda k, a, b, c: None, lambda k, a, b, c, d: None
+_EMPTY = (
+    *(lambda k, a: None, lambda k, a, b: None, lambda k, a, b, c: None),
+    *(lambda k, a, b, c, d: None, lambda k, a, b, c, d, e: None),
+)
 NOTHING = {each.__code__.co_argcount: unchecked(hook(each)) for each in _EMPTY}
 """Hooks that do nothing, by their number of arguments."""
 

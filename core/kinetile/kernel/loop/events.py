@@ -51,6 +51,7 @@ from kinetile.kernel.tables import (
     LATE_CONTACT,
     NOBODY,
     NOT_FINITE,
+    PAIR,
     PARTING,
     STALLED,
     WALL,
