@@ -70,6 +70,7 @@ CASES = {
     ),
     "square": Case("square", {"density": 0.6, "vacancies": 7}, "397f484dcb27c393", "cb2b44a682a869db"),
     "galton": Case("galton", {}, "fe2971f70f79ecfe", "8005788c212139a0"),
+    "heap": Case("heap", {"bodies": 30, "columns": 6}, "3e09a359edbf2b74", "ca47143f4dc66c89"),
 }
 README_RUN = "bda21636e7388a18"
 """The fingerprint of the run that the README shows."""

@@ -106,6 +106,7 @@ def kinetile_scenes() -> list[SceneSpec]:
         ("hexagonal", "matter:hexagonal", "a hexagonal crystal of equal discs"),
         ("square", "matter:square", "a square crystal of equal discs"),
         ("galton", "galton:galton", "Galton's board: balls fall among pegs"),
+        ("heap", "heap:heap", "discs lie on each other in a box"),
         ("frame", "frame:frame", "a frame of an extended XYZ or GSD file"),
     )
     return [SceneSpec(name, f"kinetile_plugins.scenes.{path}", summary) for name, path, summary in recipes]

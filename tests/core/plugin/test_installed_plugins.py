@@ -27,7 +27,7 @@ BUILT_IN = {
     "response": ("elastic", "pass", "restitution", "stop"),
     "scene": (
         *("grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break", "two-discs"),
-        *("mixture", "grown", "hexagonal", "square", "galton", "frame"),
+        *("mixture", "grown", "hexagonal", "square", "galton", "heap", "frame"),
     ),
     "observable": (
         *("pressure", "rates", "energy", "momentum", "temperature", "msd", "vacf", "g", "S", "psi6"),

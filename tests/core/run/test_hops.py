@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import kinetile as kt
@@ -79,3 +80,57 @@ def test_a_stack_of_bodies_without_bounce_was_a_jam(count, settle):
     sim = agree(scene, "naive", "cells", until=0.02)[0]
     assert abs(sim.positions() - places).max() < 1e-4
     assert len(sim.contacts) < 20 * count * count
+
+
+def overlap(sim):
+    """The deepest overlap of two discs, or of one and the floor; below 0: the least gap."""
+    place, r = sim.positions(), sim.scene.radius
+    apart = np.hypot(*(place[:, None] - place).T) - (r[:, None] + r)
+    np.fill_diagonal(apart, np.inf)
+    return -min(apart.min(), (place[:, 1] - r).min())
+
+
+def test_a_disc_on_a_floor_keeps_its_place_to_g_t_squared_by_8():
+    t = 2.0**-8
+    scene = kt.Scene(
+        [(1.0, 0.5)], [(0.0, 0.0)], 0.5, arena=(2.0, 2.0), gravity=(0.0, -8.0), responses=lossy(0.3, t)
+    )
+    heights = []
+    sim = agree(scene, *PHASES, until=0.125)[0]
+    assert len(sim.contacts) <= 0.125 / t + 2
+    sim = kt.Simulation(scene, "naive")
+    for moment in range(1, 200):
+        sim.run(0.125 * moment / 200)
+        heights.append(sim.positions()[0, 1] - 0.5)
+    assert min(heights) >= -1e-15
+    assert 0.99 < max(heights) / (8.0 * t * t / 8) < 1 + 1e-9
+
+
+@pytest.mark.parametrize("bodies", lanes.first(1, [30, 60]))
+def test_a_heap_had_contacts_in_proportion_to_its_depth(bodies):
+    t = 2.0**-7
+    scene = kt.make_scene("heap", bodies=bodies, columns=6, contact_time=t)
+    sim = agree(scene, "naive", "cells", "sweep-tiling", until=0.5)[0]
+    lying = sim.contacts["time"] > 0.375
+    assert 0.1 < lying.sum() * t / (0.125 * bodies) < 0.5
+    assert overlap(sim) < 1e-14
+
+
+@pytest.mark.slow
+@pytest.mark.own_loop
+@pytest.mark.compiled
+@pytest.mark.parametrize("bodies", [1000, 2000])
+def test_a_heap_of_many_layers_has_at_most_a_contact_of_each_body_in_a_contact_time(bodies):
+    t = 1e-3
+    scene = kt.make_scene("heap", bodies=bodies, columns=36, contact_time=t)
+    sims = [kt.Simulation(scene, phase, keep_contacts=False) for phase in ("cells", "sweep-tiling")]
+    for sim in sims:
+        sim.run(5.0)
+        contacts = sim.readings.contacts
+        deepest = []
+        for moment in range(1, 11):
+            sim.run(5.0 + 0.1 * moment)
+            deepest.append(overlap(sim))
+        assert sim.readings.contacts - contacts < 1.1 * bodies / t
+        assert max(deepest) < 1e-13
+    assert sims[0].fingerprint == sims[1].fingerprint

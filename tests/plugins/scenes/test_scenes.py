@@ -21,7 +21,7 @@ from registering import registered
 
 NAMES = (
     *("grid", "random", "lattice", "figure-10", "figure-11", "figure-16", "cradle", "break", "two-discs"),
-    *("mixture", "grown", "hexagonal", "square", "galton"),
+    *("mixture", "grown", "hexagonal", "square", "galton", "heap"),
 )
 
 
