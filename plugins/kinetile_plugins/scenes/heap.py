@@ -25,7 +25,7 @@ def heap(
 
     Metres, seconds and kilograms: gravity is 9.8, the mean radius 0.5, and the discs weigh 1 a square metre.
     They never rest, but hop (docs/scenes.md): a heap has at most bodies / contact_time contacts a second, up
-    to some fifty layers. With ``spread`` 0 all discs are alike, and lie as a crystal.
+    to some forty layers. With ``spread`` 0 all discs are alike, and lie as a crystal.
 
     Args:
         bodies: the number of discs, 1 or more
