@@ -21,6 +21,7 @@ Rules = dict[Any, Any]
 KINDS = ("ball", "wisp", "block")
 ABSENT = ("nobody", "no one")
 LOSSY = Response("restitution", e=0.5, contact_time=2.0**-10)
+LEDGE = Response("restitution", e=0.5, contact_time=2.0**-10, grip=0.25, one_way=(0.5, 1.0))
 SAME_LOOP: Rules = {("nobody", "nobody"): "stop", ("nobody", "no one"): LOSSY}
 """Rules for kinds that no body has: with them, scenes of any rules have one loop."""
 
@@ -34,13 +35,16 @@ def of_kinds(
     kinds: Sequence[int], mass: Iterable[float], random: np.random.Generator, passing: bool | None = None
 ) -> dict[str, Any]:
     """Returns the fields of a scene whose bodies have the kinds of these numbers, and masses: wisps pass
-    through all others (None: in half of all scenes), blocks are immovable."""
+    through all others (None: in half of all scenes), blocks are immovable, and ledges where they are odd in
+    number."""
     answers = [ANSWERS[int(random.choice([0, 0, 1, 2, 3]))] for _ in range(3)]
     pairs = (("*", "*"), ("*", "wall"), ("ball", "ball"))
     rules: Rules = dict(zip(pairs, answers, strict=True)) | SAME_LOOP | NOBODY_PASSES
     if passing if passing is not None else random.random() < 0.5:
         rules |= {("wisp", other): "pass" for other in KINDS}
     named = [KINDS[kind] for kind in kinds]
+    if ("wisp", "block") in rules and named.count("block") % 2:
+        rules["wisp", "block"] = LEDGE
     return {
         "kinds": (*KINDS, *ABSENT),
         "kind": named,
