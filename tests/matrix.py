@@ -86,8 +86,8 @@ PAIRS: tuple[Cell, ...] = tuple(itertools.combinations([name for name in BY_NAME
 HEAD = """# What works with what
 
 Each capability of a scene works with everything that is done with a run, and with each other capability in
-one scene, except where a grid says ✗; the number leads to the reason. Each cell is a test
-(`python -m pytest tests/test_matrix.py`); `python tests/matrix.py` prints this page."""
+one scene, except where a grid says ✗, with the number of the reason. Each cell is a test
+(`tests/test_matrix.py`); `python tests/matrix.py` prints this page."""
 TOGETHER = (
     "Such a scene has the same contacts under every broad phase that takes it, by the certifier, in a run "
     "that was saved and resumed under another phase, and when its recorded commands are played again."

@@ -94,6 +94,8 @@ def agrees(scene: kt.Scene, event: kt.Event, before: np.ndarray, after: np.ndarr
     if not math.isnan(event.impulse[0]) and max(event.bodies) < len(scene):
         changes = zip((-1.0, 1.0), masses, before, after, strict=False)
         given = [sign * mass * (new - old) for sign, mass, old, new in changes if mass == min(masses)]
+        if scene.resting and len(given) > 1:  # one that rests itself passes on what it receives
+            given = [change for change in given if change.any()] or given
         assert event.impulse == pytest.approx(np.mean(given, axis=0), abs=1e-9 * size * min(masses))
     halts = any(response.name == "stop" for _, response in scene.responses)
     halts |= scene.resting and not after[masses.index(min(masses))].any()  # two supports hold it
