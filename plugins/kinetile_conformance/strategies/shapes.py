@@ -4,6 +4,7 @@ obstacles or not: boxes touch, or slide along each other with a gap of 0, and ca
 import math
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -190,7 +191,10 @@ def pressed(number: int) -> Scene:
 
 def pressed_with_responses(number: int) -> Scene:
     """Returns such a scene, every other with a response, all with the loop for resting bodies."""
-    how = {"e": (0.0, 0.05, 0.5, 0.9)[number // 2 % 4], "contact_time": (2.0**-6, 1e-3)[number // 8 % 2]}
+    how: dict[str, Any] = {
+        "e": (0.0, 0.05, 0.5, 0.9)[number // 2 % 4],
+        "contact_time": (2.0**-6, 1e-3)[number // 8 % 2],
+    }
     how |= {"settle": (0.05, 0.5)[number // 16 % 2]} if number % 3 else {}
     how |= ({}, {"grip": 0.5}, {}, {"grip": 1.0, "surface": (0.25, 0.0)})[number // 5 % 4]
     rules: Rules = {ABSENT: Response("restitution", e=0.5, contact_time=1e-3, settle=0.5)}
