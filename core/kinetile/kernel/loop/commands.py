@@ -445,8 +445,9 @@ def remove_body(k: Kernel, body: int) -> None:
 @hook
 def rows_to_free(k: Kernel, a: int, b: int) -> int:
     """Returns the largest number of bodies that an event of one or two can free: 0 if they hold none, else
-    all that are held; below 0 for no body."""
-    carries = (k.bodies[a].carries if a >= 0 else 0) + (k.bodies[b].carries if b >= 0 else 0)
+    all that are held; below 0 for no body. A contact of two frees nothing that immovable ones hold."""
+    carries = k.bodies[a].carries if a >= 0 and (b < 0 or k.mass[a] < math.inf) else 0
+    carries += k.bodies[b].carries if b >= 0 and k.mass[b] < math.inf else 0
     held = 0
     for body in range(k.clock[0].bodies if carries > 0 else 0):
         held += int(k.bodies[body].supports > 0)
